@@ -24,7 +24,7 @@ from frictool.plant.position_load import LoadHarmonic, PositionLoad
 
 
 def axis_of(model: Model, **overrides: float) -> AxisParameters:
-    """Return the model's axis in SI, with end stops at the bench's travel.
+    """Return the model's axis in SI, with end stops at the travel in bench.yaml.
 
     `overrides`: values of fields of AxisParameters. An overridden Coulomb or viscous friction
         scales the model's friction (adapters/friction_levels.py); an overridden breakaway does not.

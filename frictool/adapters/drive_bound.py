@@ -60,7 +60,8 @@ def drive_bound(
     bench
         Drive with its limit and lag, sample period, delay, and encoder.
     plants
-        Plants, at least one: the vertices of a model, of a controller, or of a bench's intervals.
+        Plants, at least one: the vertices of a model, of a controller, or of intervals in
+        bench.yaml.
     length
         Length of the step, rad | m, above 0.
     overshoot

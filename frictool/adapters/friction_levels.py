@@ -3,7 +3,7 @@
 A plant (a vertex, or a randomly drawn plant) has one number for Coulomb friction and one for
 viscous friction. For the model, these two levels are
 
-    coulomb   mean of F_c over the bench's travel and both directions
+    coulomb   mean of F_c over the travel in bench.yaml and both directions
     viscous   steepest slope over the speed regimes, mean of both directions
 
 If the Coulomb level of a plant is c times that of the model, all dry friction is multiplied by c:

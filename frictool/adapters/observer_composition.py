@@ -162,7 +162,7 @@ def reach(bench: Bench) -> tuple[float, float]:
 
 
 def top_speed(bench: Bench) -> float:
-    """Return the bound of a speed [rad/s | m/s]: TOP_SPEEDS times the bench's top speed."""
+    """Return the bound of a speed [rad/s | m/s]: TOP_SPEEDS times the top speed in bench.yaml."""
     top = bench.mechanics.top_speed
     return math.inf if top is None else TOP_SPEEDS * top.value
 

@@ -44,12 +44,12 @@ def ranges(
     """Return the parameter intervals from which `simulate` and `campaign` draw.
 
     An interval contains the model's interval, which describes the axis during the log, and the
-    bench's range, which describes the product's life. It covers all directions and regimes;
-    friction that varies with position is replaced by its mean. A bench value without a range is a
-    single point.
+    range in bench.yaml, which describes the product's life. It covers all directions and regimes;
+    friction that varies with position is replaced by its mean. A value in bench.yaml without a
+    range is a single point.
 
     `factors`: factors > 0 of the model's parameters by name, for example at another temperature;
-        the bench's ranges are not multiplied.
+        the ranges in bench.yaml are not multiplied.
     """
     known = model.bench.mechanics
     today = model.parameters
@@ -120,7 +120,7 @@ def _over_position(
 
 
 def bench_intervals(bench: Bench) -> dict[str, tuple[float, float]]:
-    """Return the interval of each parameter over the product's life, from the bench only.
+    """Return the interval of each parameter over the product's life, from bench.yaml only.
 
     The result of `intervals` contains these intervals.
     """

@@ -53,7 +53,7 @@ def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
     law = None if model.laws is None else model.laws.temperature
     if law is not None:
         text = reference_words(law, vertices)
-        note(f"warning: {path}: {text}; let the ranges of the bench include these values")
+        note(f"warning: {path}: {text}; let the ranges in bench.yaml include these values")
 
 
 def note_changes(path: Path, controller: Controller) -> None:

@@ -1,4 +1,4 @@
-"""`frictool ingest`: conversion of bench files to the canonical log."""
+"""`frictool ingest`: conversion of raw log files to the canonical log."""
 
 from __future__ import annotations
 
@@ -195,9 +195,9 @@ def _propose(
     output: Path,
     as_json: bool,
 ) -> None:
-    """Write a bench whose columns are guessed from a file.
+    """Write a bench.yaml whose columns are guessed from a file.
 
-    No log is converted with this bench, because the user must check it first.
+    No log is converted with this bench.yaml, because the user must check it first.
     """
     from frictool.cli.standard_input import stdin_as_file
     from frictool.documents.starting_documents import starting_documents
@@ -206,7 +206,7 @@ def _propose(
     if len(raw) > 1:
         raise click.UsageError(
             "--guess takes one log; write the columns of further instruments into the section "
-            "`instruments` of the bench by hand."
+            "`instruments` of bench.yaml by hand."
         )
     with stdin_as_file(raw) as (path,), layout_advice():
         start = start_from(path, path.stem[:80] or "rig", axis, layout=layout)

@@ -1,6 +1,6 @@
 """Option --layout: properties of a raw file that its content does not show.
 
-The option replaces the key `layout` of a bench, for commands without a bench.
+The option replaces the key `layout` of bench.yaml, for commands without the option --bench.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Layout
 
 OPTION = "--layout"
-# advice to write a key of the bench's layout
-_ADVICE = re.compile(r"(?:write )?layout\.\w.*? in the bench")
+# advice to write a key of `layout` into bench.yaml
+_ADVICE = re.compile(r"(?:write )?layout\.\w.*? in bench\.yaml")
 _KEY = re.compile(r"layout\.(\w+)(?:: ([\w-]+))?")  # key, and value if the advice contains it
 
 layout_option = click.option(
@@ -37,7 +37,7 @@ layout_option = click.option(
 
 @contextmanager
 def layout_advice() -> Iterator[None]:
-    """Let messages of a LogError advise the option --layout instead of the bench's key `layout`."""
+    """Let messages of a LogError advise --layout in place of the key `layout` of bench.yaml."""
     try:
         yield
     except LogError as error:
@@ -46,7 +46,7 @@ def layout_advice() -> Iterator[None]:
 
 
 def _as_option(advice: re.Match[str]) -> str:
-    keys = advice[0].replace("write ", "use ").removesuffix(" in the bench")
+    keys = advice[0].replace("write ", "use ").removesuffix(" in bench.yaml")
     return _KEY.sub(lambda key: f"{OPTION} {key[1]}={key[2] or 'VALUE'}", keys)
 
 

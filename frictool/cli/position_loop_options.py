@@ -54,7 +54,7 @@ class ServoGains(NamedTuple):
         return self.speed is not None
 
     def servo(self, bench: Bench) -> PositionServo:
-        """Return the position loop, from position to effort, with the drive limit of the bench."""
+        """Return the position loop, from position to effort, with the drive limit in bench.yaml."""
         return self.on_drive(bench.actuator.constant.value, bench.actuator.limit.value)
 
     def on_drive(self, constant: float, limit: float) -> PositionServo:

@@ -177,10 +177,10 @@ def _proof(path: Path, controller: Controller | None) -> Proof:
 
     proof = load(path, Proof)
     if proof.digest != proof_digest(proof):
-        words = "does not match the file, which was edited; run frictool prove again"
+        words = "does not match the content of the file, which was edited; run frictool prove again"
         raise DocumentError(path, words, line=None, key="digest")
     if proof.controller != controller:
-        words = "is another controller than --controller; run frictool prove with this one"
+        words = "differs from that of --controller; run frictool prove with that controller"
         raise DocumentError(path, words, line=None, key="controller")
     return proof
 

@@ -104,7 +104,7 @@ def _distrusted(folder: Path | None) -> InstallationFinding:
 
 
 def old_kernel_folders() -> list[OldKernelFolder]:
-    """Return the kernel folders in this cache that other versions or other installations made."""
+    """Return the folders in the kernel cache that other versions or installations made."""
     old = [
         folder
         for place in kernels.cache_places()

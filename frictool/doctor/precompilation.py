@@ -1,8 +1,9 @@
 """Compilation of all kernels before their first use, for the types in `kernels.json`.
 
 The file lists the argument types of all kernel calls in the tests. It does not list the kernels of
-the friction laws; their types are derived from the kind of law. The command `python -m
-frictool.doctor.precompilation` prints such a list of the kernels in the present cache.
+the friction laws: their types follow from the kind of law. The command `python -m
+frictool.doctor.precompilation` prints the list of the kernels that are in the cache now, in the
+format of `kernels.json`.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def compile_all(
 
 
 def all_rows() -> list[list[Any]]:
-    """Return the rows of `kernels.json`, and rows for the laws' kernels that it does not list."""
+    """Return the rows of `kernels.json`, then the rows of the friction laws' kernels."""
     listed: list[list[Any]] = json.loads(LIST.read_bytes())
     known = {(module, name) for module, name, *_ in listed}
     added = []
@@ -152,7 +153,7 @@ def _uniform(kind: Any) -> list[Any]:
 
 
 def kept(folder: Path) -> Iterator[list[Any]]:
-    """Yield a list of rows (module, name, kind, types) for the kernels in a toolchain's folder.
+    """Yield the row (module, name, kind, types) of each kernel in the cache folder of a toolchain.
 
     A kernel comes before the kernels that it calls.
     """

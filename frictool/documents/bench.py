@@ -337,9 +337,9 @@ class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
 
 class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Further measuring instrument at the rig, whose files are recognised by their names.
+    """Additional instrument at the rig with separate log files, recognised by their names.
 
-    For absent keys, the values of the bench apply.
+    For an absent key, the value of the same key at the top level of bench.yaml applies.
 
     - `files`: Pattern of the file names, such as `"*MR*.csv"`.
     - `columns`: Column of each channel.
@@ -393,7 +393,7 @@ class Bench(
     - `layout`: Layout of the log files, if it cannot be detected.
     - `quadrature`: Pairs of encoder channels to decode. Each key is the name of the new column with
       the counts.
-    - `instruments`: Further instruments that record at the rig, by name.
+    - `instruments`: Additional instruments with separate log files, by name.
     - `load`: Load terms that `identify` estimates. By default, only an offset is estimated; method
       `auto` also tests the other terms.
     - `target`: Processor of the controller, and the budget of its code.

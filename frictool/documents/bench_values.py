@@ -1,4 +1,4 @@
-"""Warning about models with values of the bench only (`identify --keep-bench-values`)."""
+"""Warning about models whose values all come from bench.yaml (`identify --keep-bench-values`)."""
 
 from __future__ import annotations
 

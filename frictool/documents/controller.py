@@ -337,7 +337,7 @@ class Feedforward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Properties of the sampled loop at one vertex for another computational delay.
+    """Properties of the sampled loop at one vertex for one computational delay.
 
     - `delay_samples`: Computational delay in samples.
     - `spectral_radius`: Largest magnitude of the loop's poles; below 1 the loop is stable.
@@ -358,7 +358,7 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `sampled_norm`: The same norm of the sampled loop.
     - `modulus_margin`: Modulus margin of the sampled loop.
     - `stable`: True if the sampled loop is stable.
-    - `checks`: Properties of the loop with other computational delays.
+    - `checks`: Properties of the loop for each checked computational delay.
     """
 
     name: str
@@ -374,7 +374,7 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Smallest margins of the sampled loops at all vertices, with the bench's computational delay.
+    """Smallest margins of the sampled loops at all vertices, with the delay in bench.yaml.
 
     A margin without a key is unlimited.
 

@@ -88,11 +88,11 @@ class Design(
       whose reference comes from a position law. Method `auto` needs no structure.
     - `method`: Synthesis method; docs/theory/synth.md compares them.
     - `weights`: Weights of the closed-loop norm. With `{}`, every weight is derived from the
-      specification and the bench, and `synth` prints each weight with its origin.
+      specification and bench.yaml, and `synth` prints each weight with its origin.
     - `position_law`: Speed reference from the position error; structure `speed_cascade` needs it.
-    - `domain`: `discrete`: the controller is designed at the bench's sample period, with the
-      bench's delay. `continuous`: it is designed in continuous time and discretised by Tustin's
-      rule.
+    - `domain`: `discrete`: the controller is designed at the sample period of bench.yaml, with its
+      computational delay. `continuous`: it is designed in continuous time and discretised by
+      Tustin's rule.
     - `prewarp_rad_s`: Frequency at which the discretisation of domain `continuous` is exact. By
       default 0.
     - `schedule`: Parameters that span the polytope; `regime` is the speed regime (`laws.regimes` of

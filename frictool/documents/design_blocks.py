@@ -193,7 +193,7 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
     With `{}`, all limits are derived from the drive, and `synth` prints each limit with its source.
 
-    - `speed`: Largest speed. By default the bench's top speed.
+    - `speed`: Largest speed. By default the top speed in bench.yaml.
     - `acceleration`: Largest acceleration. By default ((`drive_share` times the drive's largest
       effort) - friction - load)/inertia at `speed`, for the plant with the smallest result.
     - `jerk`: Largest jerk. By default the jerk limit makes a move longer by one period of the

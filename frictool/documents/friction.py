@@ -115,7 +115,7 @@ class Friction(
     - `dead_band`: Speed below which the laws `karnopp` and `svc_band` treat the velocity as zero.
     - `backward`: Friction levels of the negative direction that differ from the positive direction.
     - `position`: Position-dependent friction.
-    - `regimes`: Other viscous friction above certain speeds.
+    - `regimes`: Viscous friction that changes above certain speeds.
     - `dwell`: Increase of the breakaway with the time at rest.
     - `film`: Lag with which the friction follows the speed.
     """

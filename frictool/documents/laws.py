@@ -241,13 +241,13 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     """Optional friction and load laws of a model.
 
     - `backward`: Friction levels of the negative direction that differ from the positive direction.
-    - `regimes`: Other viscous friction above certain speeds; at most 4 regimes, in rising order of
-      the speeds.
+    - `regimes`: Viscous friction that changes above certain speeds; at most 4 regimes, in rising
+      order of the speeds.
     - `position`: Position-dependent friction.
     - `stribeck_exponent`: Exponent of the Stribeck curve.
     - `dwell`: Increase of the breakaway with the time at rest.
-    - `restitution`: Speed after an impact on an end of the bench's travel, divided by the speed
-      before the impact.
+    - `restitution`: Speed after an impact on an end of the travel in bench.yaml, divided by the
+      speed before the impact.
     - `load`: Position-dependent load.
     - `temperature`: Temperature for which the model is valid, and change of friction with
       temperature.

@@ -92,7 +92,7 @@ class Model(
     - `resonances`: Modes of compliant links, from `frictool reduce`. A controller is verified with
       these modes. A model with modes cannot be simulated as a single axis.
     - `bench_values_only`: Reason why no parameter was identified (`identify --keep-bench-values`).
-      Every parameter then has the bench's value, and `synth` does not accept the model.
+      Every parameter then has the value in bench.yaml, and `synth` does not accept the model.
     """
 
     format: Literal["model/1"]

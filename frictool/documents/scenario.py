@@ -124,8 +124,8 @@ class Scenario(
     - `reference`: Logged channel as the reference.
     - `variants`: Plants that are simulated. `nominal`: the plant with the model's values.
       `vertices`: also a plant at each vertex of the controller's polytope. `random`: also random
-      plants, drawn from the bench's ranges; `plants` is their number. `given`: only one plant,
-      which has the parameters under `given`.
+      plants, drawn from the ranges in bench.yaml; `plants` is their number. `given`: only one
+      plant, which has the parameters under `given`.
     - `given`: Parameters of the plant of `variants: given`, by name. Parameters that are not listed
       have the model's values, but a breakaway that is not listed changes in proportion to
       `coulomb`.

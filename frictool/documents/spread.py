@@ -35,7 +35,7 @@ def _check_ends(
 
 
 class FactorBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Range of a factor."""
+    """Range from which a factor is drawn."""
 
     low: Factor
     high: Factor
@@ -45,7 +45,7 @@ class FactorBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class InstantBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Range of a time [s]."""
+    """Range from which a time [s] is drawn."""
 
     low: Instant
     high: Instant
@@ -55,7 +55,7 @@ class InstantBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LastingBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Range of a duration [s]."""
+    """Range from which a duration [s] is drawn."""
 
     low: PositiveNumber
     high: PositiveNumber
@@ -65,7 +65,7 @@ class LastingBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class GainBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Range of a gain error."""
+    """Range from which a gain error is drawn."""
 
     low: GainError
     high: GainError
@@ -75,7 +75,7 @@ class GainBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class CountBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Range of integers, which are drawn with equal probability."""
+    """Range from which an integer is drawn; all integers have the same probability."""
 
     low: int
     high: int
@@ -85,7 +85,7 @@ class CountBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class FrequencyBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Range of a frequency [Hz]."""
+    """Range from which a frequency [Hz] is drawn."""
 
     low: PositiveNumber
     high: PositiveNumber

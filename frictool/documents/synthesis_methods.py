@@ -31,7 +31,7 @@ class SynthesisMethod:
 
     - problem: problem that the method solves, as help text
     - use: case for which the method is suited, as help text
-    - reads: keys of a design that this method reads, but not every method
+    - reads: keys of a design that this method reads and some other methods do not
     - structures: structures of a controller for which the method works
     - check: function that raises ValueError if a design with this method contradicts itself
     - searched: True if `synth` searches structure, gains and weights by simulation; the design may

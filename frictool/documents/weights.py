@@ -29,7 +29,7 @@ class NoiseFilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Weights of the generalised plant (docs/theory/plants.md).
 
-    Weights without a key are derived from the specification and the bench.
+    Weights without a key are derived from the specification and bench.yaml.
 
     - `bandwidth_rad_s`: Bandwidth of the error weight W2.
     - `disturbance`: Disturbance weight W1.

@@ -1,10 +1,10 @@
 """Friction of an axis with `AxisLaws` (plant/axis_friction_laws.py).
 
 This friction depends on the direction, speed, position and time at rest. The speed w >= 0 is
-measured in the direction of motion. A knee is a speed at which the viscous coefficient changes. In
-the Stribeck layer, the range of low speeds, friction falls with speed. An axis that slows down
-changes from one speed range to the next at a lower speed than an axis that speeds up. Otherwise an
-axis could change back and forth between two ranges without end.
+measured in the direction of motion. A knee is a speed at which the viscous coefficient changes.
+The Stribeck layer is the range of low speeds in which friction falls with speed. An axis that
+slows down changes from one speed range to the next at a lower speed than an axis that speeds up.
+Otherwise an axis could change back and forth between two ranges without end.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def breakaway_at(p: Vector, direction: float, x: float, rested: float) -> float:
 
 @inner_kernel
 def at_edge(state: Vector, p: Vector, direction: float) -> bool:
-    """Return True if the backlash is closed in `direction`, so that the motor moves the load."""
+    """Return True if the backlash is closed in `direction`: the motor then moves the load."""
     return bool(direction * state[ax.GAP] >= 0.5 * p[ax.BACKLASH])
 
 
@@ -109,9 +109,9 @@ def distance_to_stop(p: Vector, x: float, direction: float) -> float:
 
 @kernel
 def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
-    """Return the distance [rad | m] from x to the next boundary in `direction`, and its code.
+    """Return the distance [rad | m] from x to the next boundary in `direction`, and its kind.
 
-    The code is END_STOP, or MAP_EDGE for an end of the range of the position polynomials.
+    The kind is END_STOP, or MAP_EDGE for an end of the range of the position polynomials.
     """
     length = distance_to_stop(p, x, direction)
     kind = END_STOP
@@ -127,10 +127,7 @@ def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
 
 @kernel
 def is_curved(state: Vector, p: Vector, direction: float) -> bool:
-    """Return True if the friction now varies with position, or nonlinearly with speed.
-
-    p: parameters with `AxisLaws`. The backlash must be closed.
-    """
+    """Return True if the friction at this state depends on position, or nonlinearly on speed."""
     if abs(state[ax.VELOCITY]) < p[al.LAYER]:
         return True
     low, high = direction * p[al.MAP_LOW], direction * p[al.MAP_HIGH]
@@ -140,9 +137,10 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 
 
 def is_straight(p: Vector, load: Vector) -> bool:
-    """Return True if every slip of an axis with parameters p and load (l,) has a closed form.
+    """Return True if the motion of the axis in slip always has a closed form.
 
-    The friction must be independent of the position, and piecewise linear in the speed.
+    This requires friction that is independent of the position and piecewise linear in the speed,
+    and no load. p: parameters of the axis; load (l,): plant/position_load.py.
     """
     if load.shape[0] > 0:
         return False

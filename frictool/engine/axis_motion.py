@@ -4,9 +4,10 @@
     slipping   until the speed falls to zero or the backlash closes; solved to rounding
                (engine/slip_closed_form.py)
 
-With `AxisLaws` (plant/axis_friction_laws.py) a slip also ends at an end stop, at a knee of the
-viscous friction, at the limit of the Stribeck layer, and at an end of the position polynomials. If
-the breakaway grows with the time at rest, engine/drive_lag.py computes the time of the breakaway.
+With `AxisLaws` (plant/axis_friction_laws.py) a slip also ends at an end stop, at a speed at which
+the viscous coefficient changes (knee), at the limit of the Stribeck layer, and at an end of the
+range of the position polynomials. If the breakaway grows with the time at rest,
+engine/drive_lag.py computes the time of the breakaway.
 
 A slip has a closed form unless friction is nonlinear in speed or position, or a load depends on the
 position (plant/position_load.py). Without a closed form, a slip is integrated in steps
@@ -77,10 +78,11 @@ def _opposing(p: Vector, laws: Laws, x: float) -> float:
 def _rest(
     state: Vector, command: float, p: Vector, laws: Laws, remaining: float, refused: float
 ) -> tuple[float, float]:
-    """Keep the axis at rest for up to `remaining` [s]; return (duration, direction of a breakaway).
+    """Keep the axis at rest for up to `remaining` [s]; return (duration of the rest, direction).
 
-    The direction is 0 if no breakaway ends the rest. refused: direction in which the axis cannot
-    break away, because a slip in this direction has just failed to start.
+    direction: direction in which the axis breaks away at the end, 0 if it stays at rest. refused:
+    direction in which the axis cannot break away, because a slip in this direction has just failed
+    to start.
     """
     lag = p[ax.LAG]
     drive = state[ax.DRIVE]
@@ -201,10 +203,11 @@ def _straight_slip(
 
 @kernel
 def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
-    """Pass the end of the position polynomials or hit the end stop; return the new direction.
+    """Update the state at an end of the position polynomials or at an end stop.
 
-    An axis that is pressed against the stop would rebound infinitely often in a finite time.
-    Rebounds shorter than SHORTEST_FLIGHT are therefore left out.
+    Returns the direction of motion afterwards. An axis that is pressed against the stop would
+    rebound infinitely often in a finite time. Rebounds shorter than SHORTEST_FLIGHT are therefore
+    left out.
     """
     _, kind_of_end = next_place(p, start, direction)
     if kind_of_end == MAP_EDGE:
@@ -239,7 +242,7 @@ def _slip(
 ) -> tuple[float, float, int]:
     """Let the axis slip for up to `remaining` [s]; return (duration, direction, cause of the end).
 
-    The direction is that of the further motion, 0 after a stop.
+    direction: direction of motion after the end of the slip, 0 if the axis has stopped.
     """
     to_edge = 0.5 * p[ax.BACKLASH] - direction * state[ax.GAP]
     driving = to_edge <= 0.0

@@ -27,7 +27,7 @@ from frictool.typing import IntVector, Vector
 
 
 class ServoMemory(NamedTuple):
-    """Memory of the bench's position loop: last measurement, last reference, integral effort."""
+    """State of the bench's position loop: last measurement, last reference, integral effort."""
 
     measured: float
     reference: float
@@ -38,7 +38,7 @@ class ServoMemory(NamedTuple):
 def servo_effort(
     servo: Vector, memory: ServoMemory, reference: float, measured: float, period: float
 ) -> tuple[float, ServoMemory]:
-    """Return the effort [N m | N] of the bench's position loop, and its memory for the next sample.
+    """Return the effort [N m | N] of the bench's position loop, and its state for the next sample.
 
     servo (5,): `PositionServo`.
     """
@@ -53,7 +53,7 @@ def servo_effort(
 
 
 class RampProgress(NamedTuple):
-    """Index of the next drive value, number of the segment, reading at the start of the segment."""
+    """Progress of a ramp test: index of the next drive value, segment, reading at its start."""
 
     row: int
     segment: float

@@ -76,7 +76,7 @@ def extremes(values: Vector) -> tuple[float, float]:
 
 @kernel
 def impose(axis: Vector, p: Vector, row: Vector) -> None:
-    """Fill `p` with the parameters `axis` (plant/axis.py), changed by the conditions `row` (8,).
+    """Write the parameters `axis` (plant/axis.py), changed by the conditions `row` (8,), to `p`.
 
     `axis` and `p` have the same length.
     """

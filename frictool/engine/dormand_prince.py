@@ -92,7 +92,7 @@ def _rate(slip: _Slip, t: float, x: float, v: float, q: float) -> float:
 
 @bare_kernel
 def fill_row(row: Vector, k: tuple[float, float, float, float, float, float, float]) -> None:
-    """Copy the derivatives k at the seven stages of a step to a row (7,)."""
+    """Copy the derivatives k of one variable at the seven stages of a step to `row` (7,)."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = k
 
 
@@ -182,7 +182,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
 
 @bare_kernel
 def local_error(row: int, h: float, slopes: Vector) -> float:
-    """Return the estimated local error (>= 0) of the state in row `row` of `slopes` (rows, 7)."""
+    """Return the estimated local error (>= 0) of the variable in row `row` of `slopes`."""
     total = 0.0
     for i in range(STAGES):
         total += ERRORS[i] * slopes[i, row]

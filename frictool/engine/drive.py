@@ -72,12 +72,12 @@ class EffortFunction(NamedTuple):
 
 
 def held(effort: float) -> EffortFunction:
-    """Return a drive with a constant effort [N | N m]."""
+    """Return the coefficients of a constant effort [N | N m]."""
     return EffortFunction(offset=effort)
 
 
 def ramped(effort: float, rate: float, start: float = 0.0) -> EffortFunction:
-    """Return a ramp whose effort equals `effort` [N] at `start` [s] and grows by `rate` [N/s]."""
+    """Return the coefficients of a ramp: `effort` [N] at `start` [s], slope `rate` [N/s]."""
     return EffortFunction(offset=effort - rate * start, slope=rate)
 
 

@@ -95,7 +95,7 @@ def with_dynamic_law(axis: Vector, dynamic: AxisDynamicLaw) -> Vector:
 
 
 def with_contact(state: Vector, dynamic: AxisDynamicLaw) -> Vector:
-    """Return the state (7,) of an axis, extended by a step length of 0 and z without deflection."""
+    """Return the state (7,) of an axis, followed by a step length of 0 s and an undeflected z."""
     kernels = dynamic.law.kernels
     assert isinstance(kernels, DynamicKernels)
     return np.concatenate([state, [0.0], kernels.reset(dynamic.p)])
@@ -153,7 +153,7 @@ def _wall(x: float, p: Vector) -> float:
 
 @kernel
 def _released(driven: DrivenContact, t: float, wall: float, outwards: float) -> float:
-    """Return the time at which the effort stops pressing the axis against the stop, or inf.
+    """Return the time [s] at which the effort no longer presses the axis against the stop, or inf.
 
     outwards: acceleration towards the stop at t.
     """

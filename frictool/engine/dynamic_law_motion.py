@@ -61,7 +61,7 @@ class LawKernels(NamedTuple):
 
 
 class DrivenContact(NamedTuple):
-    """Body with a dynamic law under one drive and a load (plant/position_load.py)."""
+    """Mass with a dynamic friction law, its drive, and its load (plant/position_load.py)."""
 
     kernels: LawKernels
     laws: Laws

@@ -46,10 +46,10 @@ def replay_parameters(axis: AxisParameters) -> Vector:
 
 @kernel
 def period_coefficients(p: Vector, period: float, out: Vector) -> None:
-    """Fill `out` (2, 6) with the coefficients of a slip over one period: rows backward, forward.
+    """Fill `out` (2, 6) with the coefficients of a slip over one period.
 
-    Column 0 is the Coulomb friction. The speed and the distance after the period follow from the
-    other columns (engine/slip_closed_form.py).
+    Row 0 is for backward, row 1 for forward motion. Column 0 is the Coulomb friction. The speed
+    and the distance after the period follow from the other columns (engine/slip_closed_form.py).
     """
     rate = 1.0 / p[ax.LAG] if p[ax.LAG] > 0.0 else 0.0
     for side in range(2):

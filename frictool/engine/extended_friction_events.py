@@ -1,8 +1,8 @@
-"""Events that end a piece of slip with extended friction, and the state after the event.
+"""Events that end an interval of slip with extended friction, and the state after the event.
 
 The functions correspond to those of slip_events.py, but use a larger state:
 
-    state (8,)   state of engine/body.py, then the lagged velocity of the lubricant film, the time
+    state (8,) state of engine/body.py, then the lagged velocity of the lubricant film, the time
                  at rest, the number of knees of the viscous friction below the speed
 
 The time at rest is measured from the stop, or from the start of a run that begins at rest; during

@@ -1,15 +1,16 @@
-"""Motion of a body with extended friction (friction/law_extension.py), one piece per call.
+"""Motion of a body with extended friction (friction/law_extension.py), one interval per call.
 
     at rest    the breakaway threshold never falls: it grows with the time at rest, and while the
                film decays
     in slip    Dormand-Prince with error control on speed and film; there is no closed form if
                Coulomb friction and breakaway vary with position
 
-The lubricant film is described by a lagged velocity, which determines the Stribeck effect. Within a
-piece of slip the derivatives are smooth, because four quantities are constant: the direction, the
-speed range between two knees of the viscous friction, the region inside or above the Stribeck
-layer, and the time at rest before the slip. The time at rest determines the breakaway, which is the
-value of the Stribeck curve at speed 0.
+The lubricant film is described by a lagged velocity, which determines the Stribeck effect. A piece
+is an interval of time with one mode of motion (motion_pieces.py). Within a piece of slip the
+derivatives are smooth, because four quantities are constant: the direction, the speed range
+between two knees of the viscous friction, the region inside or above the Stribeck layer, and the
+time at rest before the slip. The time at rest determines the breakaway, which is the value of the
+Stribeck curve at speed 0.
 """
 
 from __future__ import annotations
@@ -190,7 +191,7 @@ def _first_breakaway(
     more: float,
     size: float,
 ) -> tuple[float, bool]:
-    """Return the time [s] up to which the body stays at rest, and True if it then breaks away.
+    """Return the time [s] at which the rest ends, and True if the body then breaks away.
 
     The threshold never falls: the body stays at rest on [a, b] if the largest effort there is below
     the threshold at a. more: amount by which the threshold is raised. size: sum of the magnitudes

@@ -41,9 +41,9 @@ def body_of(
 ) -> FrictionBody:
     """Return a body with a static friction law, for the event-driven engine.
 
-    p: parameter array, `law.pack(...)`. Fields of the body that do not follow from the law have
-    their default values. Raises ValueError for a law that is not static or treats low velocities as
-    rest, and for an extension that the law does not support.
+    p: parameter array, `law.pack(...)`. All other fields of the body have their default values.
+    Raises ValueError for a law that is not static or treats low velocities as rest, and for an
+    extension that the law does not support.
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:

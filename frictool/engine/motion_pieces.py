@@ -1,4 +1,4 @@
-"""One piece of the motion of a body: at rest, in the Stribeck layer, or above it.
+"""One interval (piece) of a body's motion: at rest, in the Stribeck layer, or above it.
 
 A piece is an interval of time in which position x, velocity v, integral q of the position error,
 and effort u are polynomials of the time since the start of the piece. An array `piece` has a row of
@@ -46,7 +46,7 @@ class DrivenBody(NamedTuple):
 
 @kernel
 def side(direction: float) -> int:
-    """Return the index of a direction in a pair (backward, forward)."""
+    """Return the index of `direction` in a pair (backward, forward)."""
     return 1 if direction > 0.0 else 0
 
 

@@ -31,7 +31,7 @@ SPEED, DISTANCE = 0, 1
 
 @kernel
 def speed(phase: Phase, t: float) -> float:
-    """Return the speed w(t) of a slip phase at time t [s] in the phase [rad/s | m/s]."""
+    """Return the speed w(t) [rad/s | m/s] at time t [s] after the start of the phase."""
     w0, settled, transient, decay, rate = phase
     moving = w0 * math.exp(-decay * t) + settled * t * phi1(-decay * t)
     return moving if transient == 0.0 else moving + transient * convolved(decay, rate, t)
@@ -39,7 +39,7 @@ def speed(phase: Phase, t: float) -> float:
 
 @kernel
 def distance(phase: Phase, t: float) -> float:
-    """Return the distance [rad | m] covered in a slip phase by the time t [s]."""
+    """Return the distance [rad | m] covered up to time t [s] after the start of the phase."""
     w0, settled, transient, decay, rate = phase
     moving = w0 * t * phi1(-decay * t) + settled * t * t * phi2(-decay * t)
     return moving if transient == 0.0 else moving + transient * convolved_integral(decay, rate, t)
@@ -47,7 +47,7 @@ def distance(phase: Phase, t: float) -> float:
 
 @kernel
 def acceleration(phase: Phase, t: float) -> float:
-    """Return the acceleration w'(t) of a slip phase at time t [s] [rad/s^2 | m/s^2]."""
+    """Return the acceleration w'(t) [rad/s^2 | m/s^2] at t [s] after the start of the phase."""
     w0, settled, transient, decay, rate = phase
     start = (settled + transient - decay * w0) * math.exp(-decay * t)
     return start if transient == 0.0 else start - transient * rate * convolved(decay, rate, t)

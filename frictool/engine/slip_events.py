@@ -1,4 +1,4 @@
-"""Events that end a piece of slip (engine/motion_pieces.py), and the state after the event."""
+"""Events that end an interval of slip (engine/motion_pieces.py), and the state afterwards."""
 
 from __future__ import annotations
 

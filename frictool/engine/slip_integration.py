@@ -1,4 +1,4 @@
-"""Integration of a slip by Dormand-Prince with error control, for loads and nonlinear friction.
+"""Integration of a slip with a load or nonlinear friction, by Dormand-Prince with error control.
 
     y' = w        w' = (d (K i(t) - offset - load(x)) - F_c(x) - (F_s - F_c)(x) exp(-|w/v_s|^delta)
                   - added - viscous w)/J    x = x0 + d y

@@ -16,8 +16,9 @@ endless cycles:
 - A slip whose initial acceleration is zero to rounding starts with acceleration zero.
 - After a slip that ends at the instant of its start, the threshold in that direction is slightly
   above the breakaway.
-- A body leaves the Stribeck layer at a higher speed than it enters the layer. Likewise, the viscous
-  coefficient changes at a higher speed while the body speeds up than while it slows down.
+- The speed at which a body leaves the Stribeck layer is higher than the speed at which it enters.
+  Likewise, the viscous coefficient changes at a higher speed while the body speeds up than while
+  it slows down.
 - A rebound from an end stop with a flight shorter than SHORTEST_FLIGHT times the duration of the
   run ends at rest there (event RESTS_AT_STOP).
 
@@ -223,7 +224,10 @@ def _segment(
     events: Vector,
     happened: int,
 ) -> tuple[int, float, int, int]:
-    """Simulate one drive to `end`; return status, time reached, number of samples and of events."""
+    """Simulate the motion under one drive up to `end` [s].
+
+    Returns status, time reached [s], number of samples and number of events.
+    """
     body, drive = driven.body, driven.drive
     piece = np.zeros((4, TERMS))
     probe = np.zeros(TERMS)

@@ -95,7 +95,8 @@ def segment_arrays(
 def _extended(state: Vector) -> Vector:
     """Return the state (8,) of a body with extended friction from a state (8,) or (5,).
 
-    A state (5,) gets a film in steady state. The time at rest is 0 for a body at rest, inf in slip.
+    A state (5,) is extended by a film in steady state. The time at rest is 0 for a body at rest,
+    inf in slip.
     """
     if state.size == EXTENDED_SIZE:
         return state
@@ -123,10 +124,10 @@ def simulate(
     times
         Ascending times [s] within the run.
     state
-        State (5,) at the start, not changed; by default at rest at 0. A body with extended friction
-        has a state (8,) (engine/extended_friction_events.py). If such a body gets a state (5,), its
-        film is in steady state; a body at rest has just stopped, and a slipping body had rested
-        long.
+        State (5,) at the start, not changed; by default at rest at 0. A body with extended
+        friction has a state (8,) (engine/extended_friction_events.py). From a state (5,), the run
+        of such a body starts with its film in steady state; the time at rest before is 0 for a
+        body at rest, and infinite for a slipping body.
     start
         Start of the run [s].
     most_events

@@ -42,8 +42,8 @@ class ExportResult(ResultView):
     `files`: name -> content.
     `vectors`: golden vectors; None if the language has none.
     `more`: further lines for the text output.
-    `target`: size and number of instructions of the code on the bench's target, if they were
-        requested or the bench has a `target`.
+    `target`: size and number of instructions of the code on the processor `target` of bench.yaml,
+        if they were requested or bench.yaml has a `target`.
     """
 
     controller: Controller
@@ -86,7 +86,7 @@ class ExportResult(ResultView):
 
     @property
     def is_budget_unchecked(self) -> bool:
-        """Return True if the bench limits a property of the code that was not measured."""
+        """Return True if bench.yaml limits a property of the code that was not measured."""
         budget = self.controller.bench.target
         return self.target is not None and budget is not None and self.target.is_unchecked(budget)
 
@@ -129,7 +129,8 @@ def export(
     origin : ExportOrigin, optional
         Origin of the document; by default the digest of its YAML text.
     report : bool, optional
-        True to measure C code on the bench's target, even if the bench sets no limit for the code.
+        True to measure C code on the processor `target` of bench.yaml, even if bench.yaml sets no
+        limit for the code.
 
     Returns
     -------
@@ -142,7 +143,7 @@ def export(
         If the language or the number format does not exist.
     NoSolutionError
         If the rounded loop cannot be verified, the format cannot represent the controller, or the
-        C code exceeds a limit of the bench's `target`.
+        C code exceeds a limit of `target` in bench.yaml.
     """
     for what, choice, allowed in (
         ("language", language, CONTROLLER_LANGUAGES),
@@ -198,7 +199,7 @@ def _measured(result: ExportResult) -> ExportResult:
     )
     if over := figures.over_budget(target):
         raise NoSolutionError(
-            f"{controller.name}: the code in {result.number} does not fit the bench's target: "
+            f"{controller.name}: the code in {result.number} exceeds the budget in bench.yaml: "
             f"{'; '.join(over)}; try another --number, or a design of a lower order"
         )
     return replace(result, target=figures)
@@ -213,7 +214,7 @@ def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
             "remove scheduled from the design"
         )
     return (
-        "give travel and top_speed in the bench, which bound the measured values, or use --number "
+        "give travel and top_speed in bench.yaml, which bound the measured values, or use --number "
         "float"
     )
 

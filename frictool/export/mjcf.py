@@ -71,7 +71,7 @@ class MjcfAttribute:
 
 
 def time_step(model: Model) -> float:
-    """Return the time step [s]: the bench's sample period divided by an integer."""
+    """Return the time step [s]: the sample period in bench.yaml divided by an integer."""
     longest = LONGEST_STEP
     contact = _contact(model)
     if contact is not None:

@@ -43,7 +43,7 @@ class TargetFigures:
     Attributes
     ----------
     core : str
-        The core of the bench's `target`.
+        The core of `target` in bench.yaml.
     code_bytes : int or None
         Bytes of machine code and constants of NAME.c; None without a cross compiler.
     state_bytes : int or None
@@ -64,7 +64,7 @@ class TargetFigures:
     missing: str = ""
 
     def over_budget(self, target: Target) -> list[str]:
-        """Return a text for each number that exceeds its limit in the bench's `target`."""
+        """Return a text for each number that exceeds its limit in `target` in bench.yaml."""
         return [
             f"{value} {words}, allowed: {limit} (target.{key})"
             for key, words, value, limit in self._budget(target)
@@ -72,7 +72,7 @@ class TargetFigures:
         ]
 
     def is_unchecked(self, target: Target) -> bool:
-        """Return True if the bench's `target` limits a number that was not measured."""
+        """Return True if `target` in bench.yaml limits a number that was not measured."""
         return any(value is None for _, _, value, _ in self._budget(target))
 
     def _budget(self, target: Target) -> list[tuple[str, str, int | None, int]]:
@@ -115,7 +115,7 @@ class TargetFigures:
 def target_figures(
     name: str, files: Mapping[str, str], program: Program, kind: str, target: Target
 ) -> TargetFigures:
-    """Return size and number of instructions of the exported C on the bench's target.
+    """Return size and instruction count of exported C on the processor `target` of bench.yaml.
 
     Parameters
     ----------

@@ -17,5 +17,5 @@ def scalar_reset(p: Vector) -> Vector:
 
 @kernel
 def no_memory(z: Vector, v: float, p: Vector) -> int:
-    """Return OK without a change, as the kernel `commit` of a law without memory."""
+    """Return the status OK and change nothing; kernel `commit` of a law without memory."""
     return OK

@@ -48,7 +48,7 @@ def sliding_force(v: float, u: float, p: Vector) -> float:
 
 @kernel
 def no_memory(mode: int, z: Vector, p: Vector) -> int:
-    """Return OK and change nothing, as the kernel `commit` of a law without memory."""
+    """Return the status OK and change nothing; kernel `commit` of a law without memory."""
     return OK
 
 

@@ -168,7 +168,8 @@ class FrictionExtension:
                 raise ValueError(f"{name} is {value:g}; allowed: a finite number >= 0")
         if self.lag > 0.0 and self.delay > 0.0:
             raise ValueError(
-                f"a film has a lag, {self.lag:g} s, or a delay, {self.delay:g} s, not both"
+                f"film: lag {self.lag:g} s and delay {self.delay:g} s are above 0; "
+                "allowed: one of them, not both"
             )
 
     def _check_law(self, law: Law) -> None:
@@ -190,7 +191,7 @@ class FrictionExtension:
             dynamic or law.approximation
         ):
             raise ValueError(
-                f"{law.name} takes no film of lubricant; allowed: a hybrid law, or a static law "
+                f"{law.name} does not support a lubricant film; allowed: a hybrid or a static law "
                 "that can stick"
             )
 

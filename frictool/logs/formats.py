@@ -165,7 +165,7 @@ class FormatReader(Protocol):
         """Return True if the file `path`, whose first bytes are `head`, has this format."""
 
     def tables(self, path: Path, layout: Layout | None) -> tuple[RawTable, ...]:
-        """Return the tables of a file; `layout` is the layout declared in the bench, if any."""
+        """Return the tables of a file; `layout` is the layout declared in bench.yaml, if any."""
 
 
 def format_of(path: Path) -> Format:

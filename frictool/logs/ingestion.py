@@ -1,4 +1,4 @@
-"""Conversion of bench files to one canonical log (the work of `frictool ingest`)."""
+"""Conversion of raw log files to one canonical log (the work of `frictool ingest`)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from frictool.runtime.object_view import ResultView
 
 @dataclass(frozen=True)
 class IngestRequest:
-    """Options of a conversion of bench files to a canonical log.
+    """Options of a conversion of raw log files to a canonical log.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ def ingest(
     bench: Bench | None = None,
     request: IngestRequest = USUAL,
 ) -> IngestedLog:
-    """Convert bench files of one rig to a canonical log (MCAP), in bounded memory.
+    """Convert raw log files of one rig to a canonical log (MCAP), in bounded memory.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def ingest(
     Raises
     ------
     LogError
-        If a file cannot be read or does not fit the bench, or if no sample is in the window.
+        If a file cannot be read or does not fit bench.yaml, or if no sample is in the window.
     OutputError
         If the target cannot be written.
     FrictoolError

@@ -45,7 +45,7 @@ from frictool.logs.stream_source import SampleBlock, StreamSource
 
 
 class TimeWindow(NamedTuple):
-    """Time window in ns of the log's time, both ends included; None means no limit at this end."""
+    """Time window in the log's time [ns], both ends included; None: no limit at this end."""
 
     start: int | None = None
     end: int | None = None
@@ -147,12 +147,12 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
 
     The streams of the first file keep their topics. The first stream of each further file becomes
     `/axis/STEM`, its other streams `/axis/STEM_NAME`. STEM is the file's name without suffix, or
-    the name of the file's instrument in the bench; NAME is the stream's name within the file.
+    the name of the file's instrument in bench.yaml; NAME is the stream's name within the file.
 
     salvage: if True, unreadable data is left out; if False, it raises LogError.
 
-    Raises LogError if a file cannot be read or does not fit the bench, or if a raw file has no
-    bench.
+    Raises LogError if a file cannot be read or does not fit bench.yaml, or if a raw file is read
+    without a bench.
     """
     made = LogAssembly(salvage=salvage)
     for parts in sources(paths):
@@ -186,7 +186,7 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
 def add_tables(
     made: LogAssembly, tables: Sequence[RawTable], bench: Bench, stem: str = "", ahead_ns: int = 0
 ) -> None:
-    """Add the streams of a raw file; raise LogError if a column does not fit the bench.
+    """Add the streams of a raw file; raise LogError if a column does not fit bench.yaml.
 
     stem: name, without suffix, of a file that is not the first of the log; "" for the first.
     ahead_ns: time in ns by which the file's clock leads the log's clock.

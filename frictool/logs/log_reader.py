@@ -14,7 +14,7 @@ from frictool.logs.log_assembly import assemble, assemble_log
 def read_log(path: Path | str, bench: Bench | None = None) -> Log:
     """Read a log into memory.
 
-    A canonical log is read without changes. For a raw file, the bench maps columns to channels.
+    A canonical log is read without changes. For a raw file, bench.yaml maps columns to channels.
 
     Parameters
     ----------
@@ -31,7 +31,8 @@ def read_log(path: Path | str, bench: Bench | None = None) -> Log:
     Raises
     ------
     LogError
-        If the file cannot be read or does not fit the bench, or if a raw file has no bench.
+        If the file cannot be read or does not fit bench.yaml, or if a raw file is read without a
+        bench.
     """
     path = Path(path)
     return read_mcap(path) if is_canonical(path) else assemble_log(assemble([path], bench))

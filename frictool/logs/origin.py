@@ -25,7 +25,7 @@ DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
 
 @dataclass(frozen=True)
 class NamePatterns:
-    """Regular expressions that extract actuator and date from the path of a log; None if not used.
+    """Regular expressions that extract actuator and date from a log's path; None if there is none.
 
     The extracted text is the whole match or, if the pattern has groups, the groups joined by "-".
     """

@@ -1,4 +1,4 @@
-"""Raw tables: named columns of a bench file, before they are mapped to channels in SI.
+"""Raw tables: named columns of a raw log file, before they are mapped to channels in SI.
 
 A file has one table for each time base: the rows of a CSV file, a channel group of an MDF file, a
 topic of a recording. A table is read block after block, so that a log of several hours needs little

@@ -6,13 +6,13 @@
     slipping   J v' = e - viscous v - coulomb sign(v)          (4.17), (4.43)
     at rest    v = 0 as long as |e| <= breakaway
 
-Between motor and load there may be a backlash of full width rho, (4.45). The position difference
-z = (motor position - load position) stays in [-rho/2, rho/2]. If z = sign(v) rho/2, the backlash is
+Between motor and load there may be a backlash of full width rho, (4.45). The position difference z
+= (motor position - load position) stays in [-rho/2, rho/2]. If z = sign(v) rho/2, the backlash is
 closed, the motor carries the load, and the friction of the axis acts. Otherwise the load stays at
 rest, and only `backlash_coulomb` opposes the motor (`backlash_breakaway` if the motor is at rest).
 The load has no separate inertia (thesis 2.2.4): contact does not change the velocity. The offset
 belongs to the drive and always acts. plant/axis_friction_laws.py makes the friction depend on
-further quantities, and adds end stops.
+direction, speed, position and time at rest, and adds end stops.
 
 A winding limits the current in addition to the drive limit: |resistance i + K v| <= supply, since
 the supply must overcome the back-EMF and the resistance. The inductance is neglected, because the

@@ -131,8 +131,8 @@ class GeneralisedPlant:
     def of(system: Lti, measured: int = 1, controls: int = 1) -> GeneralisedPlant:
         """Return `system` as a plant.
 
-        y are the last `measured` outputs of `system`, u its last `controls` inputs. Raises
-        ValueError if a control acts on a measurement without delay (D22 not zero).
+        The last `measured` outputs of `system` are y; the last `controls` inputs of `system` are
+        u. Raises ValueError if a control acts on a measurement without delay (D22 not zero).
         """
         w, z = system.b.shape[1] - controls, system.c.shape[0] - measured
         if np.any(system.d[z:, w:]):
@@ -184,8 +184,9 @@ def generalised_plant(
 ) -> GeneralisedPlant:
     """Return the generalised plant of one vertex; `lag` and `period` are in s.
 
-    If `axis` is a block, `lag` is not used, and the additional ports of the block become the first
-    inputs and outputs of the plant. Raises ValueError for a delay in continuous time.
+    If `axis` is a DiagramBlock, `lag` is not used. Ports of this block that `linear_axis` does not
+    have become the first inputs and outputs of the plant. Raises ValueError for a delay in
+    continuous time.
     """
     if delay_samples and not period:
         raise ValueError("a delay in samples needs a sampled plant")

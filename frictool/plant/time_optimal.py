@@ -148,7 +148,7 @@ class _Point(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """Part of a motion with constant command and friction."""
+    """Interval of a motion in which command and friction are constant."""
 
     start: _Point
     command: float
@@ -191,9 +191,9 @@ def _until(
     value: Callable[[_State], float],
     scale: float,
 ) -> _Part:
-    """Return the part of the motion from `start` until `value` becomes positive.
+    """Return the interval of the motion from `start` until `value` becomes positive.
 
-    scale [s]: expected duration of the part.
+    scale [s]: expected duration.
     """
 
     def after(span: float) -> float:

@@ -1,4 +1,4 @@
-"""Parametric uncertainty as one real channel (LFT): annex (20)-(23), and the mixed form (28)-(29).
+"""Parametric uncertainty as one real channel (LFT), annex (20)-(23), (28)-(29).
 
     v' = (K i - sigma_v v - F_c w + w_D)/J          w_D = Delta z_D, |Delta| < 1
     z_D = (dJ sigma_v/J - dsigma_v) v + (dJ F_c/J - dF_c) w + (dK - dJ K/J) i
@@ -6,11 +6,11 @@
 J is the inertia, K the actuator's constant, i the drive, sigma_v the viscous friction, v the speed,
 F_c the Coulomb friction, and w in [-1, 1] the direction of the friction.
 
-z_D is of first order in the half widths dJ, dsigma_v, dF_c, dK. In the mixed form, a scheduled
-parameter has the half width 0 in z_D, and the other terms are computed at each vertex. The channel
-may have any unit d [N m or N], with w_D = d w_d and z_d = z_D/d. The unit does not change Delta,
-but it changes the norm of the closed loop. The thesis names no unit; if d is the half width of the
-Coulomb friction, the friction term has the gain 1.
+z_D is of first order in the half widths dJ, dsigma_v, dF_c, dK. If some parameters are scheduled
+(mixed form, annex (28)-(29)), their half widths in z_D are 0, and z_D is computed at each vertex.
+The channel may have any unit d [N m or N], with w_D = d w_d and z_d = z_D/d. The unit does not
+change Delta, but it changes the norm of the closed loop. The thesis names no unit; if d is the
+half width of the Coulomb friction, the friction term has the gain 1.
 
 One Delta varies all parameters together: J, sigma_v, F_c and K increase or decrease together, along
 one diagonal of their box. A bound on this channel proves nothing at the other corners; the loop is

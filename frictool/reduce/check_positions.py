@@ -1,4 +1,4 @@
-"""Simulated positions of the sensor's block under test commands, by a mechanism or by a model."""
+"""Simulation of test commands on a mechanism or its one-inertia model: sensor position."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PARTS = 4
 def mechanism_positions(
     here: MechanismView, source: str, sensor: str, position: float, command: Vector
 ) -> Vector:
-    """Return the simulated positions (n,) [rad | m] of the block that the sensor measures.
+    """Return the positions (n,) [rad | m] of the sensor's block, simulated under `command` (n,).
 
     All blocks start at rest, each backlash in its middle. The root block of `here` starts at
     `position`. Raises NoSolutionError if the simulation fails.
@@ -49,7 +49,7 @@ def mechanism_positions(
 
 
 def model_positions(model: Model, start: float, command: Vector) -> Vector:
-    """Return the simulated positions (n,) [rad | m] of the model's axis, from rest at `start`.
+    """Return the positions (n,) [rad | m] of the model's axis, simulated from rest at `start`.
 
     The axis starts in the middle of the backlash. Raises NoSolutionError if the simulation fails.
     """

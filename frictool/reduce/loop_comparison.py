@@ -43,9 +43,9 @@ class LoopStep:
 
 @dataclass(frozen=True)
 class LoopComparison:
-    """Comparison of two logs during all phases of constant reference (holds).
+    """Comparison of the whole mechanism with its one-inertia model in all holds of a run.
 
-    steps: comparison during each hold.
+    steps: comparison during each hold (phase of constant reference).
     refused: message on the first difference that is too large; None if all differences are allowed.
     """
 

@@ -1,4 +1,4 @@
-"""Model document of a reduced mechanism, with a bench from its sources and sensors."""
+"""Model document of a reduced mechanism, with a bench derived from its source and sensor."""
 
 from __future__ import annotations
 

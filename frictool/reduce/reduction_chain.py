@@ -1,6 +1,6 @@
 """Chain of the steps of a reduction, from the whole mechanism to one inertia.
 
-Each step gives a mechanism that can be simulated.
+The result of each step is a mechanism that can be simulated.
 """
 
 from __future__ import annotations

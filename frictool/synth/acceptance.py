@@ -1,8 +1,8 @@
 """Acceptance test that every controller candidate must pass before it becomes a document.
 
 At every vertex, the sampled loop is rebuilt in physical units from the stored coefficients, with
-the bench's period and delay. The rounded coefficients are checked in the same way. Results of the
-synthesis method, such as a bound of the norm, are not used.
+the sample period and the delay in bench.yaml. The rounded coefficients are checked in the same
+way. Results of the synthesis method, such as a bound of the norm, are not used.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ def accept(
     linear: linear controller of the candidate, as stored. around: blocks around the linear
     controller. Raises NoSolutionError in three cases:
 
-    - A loop with the bench's delay is unstable, or has less than the specified modulus margin.
+    - A loop with the delay in bench.yaml is unstable, or has less than the specified modulus
+      margin.
     - A loop with rounded coefficients has too small a margin or too large a norm.
     - The controller requests too much drive after one encoder count.
     """
@@ -145,9 +146,9 @@ def _required(problem: SynthesisProblem) -> tuple[int, ...]:
 
 
 def unstable_earlier(vertices: tuple[stored.Vertex, ...], delay: int) -> str:
-    """Return a note if loops are unstable with a delay shorter than the bench's, else "".
+    """Return a note if loops are unstable with a delay shorter than that in bench.yaml, else "".
 
-    vertices: results of the check at each vertex. delay: delay of the bench [samples].
+    vertices: results of the check at each vertex. delay: delay in bench.yaml [samples].
     """
     found = [
         (check.spectral_radius, check.delay_samples, vertex.name)

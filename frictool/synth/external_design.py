@@ -61,9 +61,9 @@ def external_controller(
 ) -> Controller:
     """Convert a linear system to a controller document, and verify it at the model's vertices.
 
-    The loops are checked with a delay of 0 samples, 1 sample and the bench's delay. A continuous
-    system is discretised by Tustin's method at the bench's period. The system may have one
-    integrator; all its other poles must be stable.
+    The loops are checked with a delay of 0 samples, 1 sample and the delay in bench.yaml. A
+    continuous system is discretised by Tustin's method at the sample period in bench.yaml. The
+    system may have one integrator; all its other poles must be stable.
 
     Parameters
     ----------

@@ -2,7 +2,8 @@
 
 The rest bands of a design are compared with the encoder and the specification. The specified times
 are compared with the shortest time of a step (plant/time_optimal.py): the drive accelerates and
-then brakes at its limit, with its lag and the bench's delay. The assumptions favour the controller:
+then brakes at its limit, with its lag and the delay in bench.yaml. The assumptions favour the
+controller:
 
 - The axis stops short of the target by static_error and one encoder count.
 - The step begins with the backlash open.

@@ -35,9 +35,9 @@ from frictool.verify.speed_loop import check_loop, performance
 class SynthesisProblem:
     """Plants, weights and options of one design.
 
-    period: sample period of the bench [s]. delay: delay of the bench [samples]. lag: time constant
-    of the drive [s]. box: interval of each parameter; the controller is verified for all constant
-    plants within these intervals. Each method chooses the parameters that it schedules.
+    period: sample period in bench.yaml [s]. delay: delay in bench.yaml [samples]. lag: time
+    constant of the drive [s]. box: interval of each parameter; the controller is verified for all
+    constant plants within these intervals. Each method chooses the parameters that it schedules.
     """
 
     box: Polytope
@@ -72,7 +72,7 @@ class SynthesisProblem:
 
     @property
     def sampled(self) -> bool:
-        """Return True if the design is in discrete time, at the bench's period."""
+        """Return True if the design is in discrete time, at the sample period in bench.yaml."""
         return self.design.domain == "discrete"
 
     def plant(
@@ -80,7 +80,7 @@ class SynthesisProblem:
     ) -> GeneralisedPlant:
         """Return the weighted plant in continuous or discrete time, as the design requests.
 
-        A plant in discrete time includes the bench's delay.
+        A plant in discrete time includes the delay in bench.yaml.
         """
         if not self.sampled:
             return generalised_plant(
@@ -91,9 +91,9 @@ class SynthesisProblem:
         )
 
     def running(self, rates: AxisRates) -> GeneralisedPlant:
-        """Return the weighted plant for the verification, sampled with the bench's period.
+        """Return the weighted plant for the verification, sampled at the period in bench.yaml.
 
-        The plant includes the bench's delay, and has no uncertainty channel.
+        The plant includes the delay in bench.yaml, and has no uncertainty channel.
         """
         return generalised_plant(
             self.controlled, rates, self.lag, self.weights, self.period, self.delay
@@ -187,7 +187,10 @@ class SynthesisProblem:
                 )
 
     def discretised(self, k: Lti) -> Lti:
-        """Return `k` discretised by Tustin's method at the bench's period, if it is continuous."""
+        """Return `k` discretised by Tustin's method; a sampled `k` is returned unchanged.
+
+        The sample period is that of bench.yaml.
+        """
         return k if k.period else tustin(k, self.period, self.design.prewarp_rad_s or 0.0)
 
 
@@ -195,11 +198,11 @@ class SynthesisProblem:
 class ControllerCandidate:
     """Controller that a synthesis method returns, before its verification.
 
-    controller: sampled at the bench's period. designed: the controller in the time domain of the
-    design, before it was sampled. gamma: bound of the norm that the method guarantees for its
-    plants, or None. optimum: smallest gamma of the inequalities, or smallest worst norm of method
-    `minimax`; else None. scheduled: one controller at the bench's period for each vertex of `over`,
-    with common state coordinates (thesis 5.64).
+    controller: sampled at the sample period in bench.yaml. designed: the controller in the time
+    domain of the design, before it was sampled. gamma: bound of the norm that the method
+    guarantees for its plants, or None. optimum: smallest gamma of the inequalities, or smallest
+    worst norm of method `minimax`; else None. scheduled: one controller at the sample period in
+    bench.yaml for each vertex of `over`, with common state coordinates (thesis 5.64).
     """
 
     controller: Lti

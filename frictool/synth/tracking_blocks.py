@@ -1,6 +1,6 @@
 """Profile and feedforward of a design, and rules for values that the design leaves out.
 
-speed           the bench's top speed
+speed           the top speed in bench.yaml
 acceleration    (share K u_max - F_c - load - sigma_v speed)/J, the smallest value of all vertices;
                 u_max is the smallest of the drive's limit, the specified peak, and the current
                 that supply voltage and back-EMF allow at that speed

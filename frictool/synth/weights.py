@@ -94,8 +94,8 @@ class ChosenWeights:
 def choose_weights(model: Model, spec: Spec, design: Design) -> ChosenWeights:
     """Return the weights W1 to W5, and those of command and eta (plant/generalised_plant.py).
 
-    Raises FrictoolError if a weight is not in the design and does not follow from the specification
-    and the bench.
+    Raises FrictoolError if a weight is not in the design and does not follow from the
+    specification and bench.yaml.
     """
     return _WeightRules(model, spec, design).chosen()
 
@@ -184,7 +184,7 @@ class _WeightRules:
         if error is None:
             raise FrictoolError(
                 "weights.static_error: missing in the design; write it, or write static_error in "
-                "the specification and mechanics.travel in the bench"
+                "the specification and mechanics.travel in bench.yaml"
             ).at("design", "weights.static_error")
         if bandwidth is None and spec.response_time_95_s is not None:
             value = SETTLING / (margin * spec.response_time_95_s) * (INNER if self.speed else 1.0)
@@ -203,7 +203,7 @@ class _WeightRules:
         return template(bandwidth, margin, error)
 
     def _amplitude(self, wanted: str) -> tuple[float, str]:
-        """Return the reference's amplitude A, and the key of the bench that states A.
+        """Return the reference's amplitude A, and the key of bench.yaml that states A.
 
         wanted: key of the missing weight, for an error message.
         """
@@ -214,7 +214,7 @@ class _WeightRules:
             return mechanics.travel.high - mechanics.travel.low, "mechanics.travel"
         missing = "mechanics.top_speed" if self.speed else "mechanics.travel"
         raise FrictoolError(
-            f"weights.{wanted}: missing in the design; write it, or {missing} in the bench"
+            f"weights.{wanted}: missing in the design; write it, or {missing} in bench.yaml"
         ).at("design", f"weights.{wanted}")
 
     def _disturbance(self) -> float:

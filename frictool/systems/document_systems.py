@@ -71,8 +71,8 @@ def plant_system(
     vertex : str, optional
         Name of the vertex; required for a controller, not allowed for a model.
     sampled : bool
-        True: sampled by zero-order hold at the bench's period [s], with the bench's delay. False:
-        continuous time, without the delay.
+        True: sampled by zero-order hold, with the sample period [s] and the delay in bench.yaml.
+        False: continuous time, without the delay.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def plant_system(
 
 
 def loop_system(controller: Controller, vertex: str) -> Lti:
-    """Return the loop gain L(z) from eta to the position at one vertex, with the bench's delay.
+    """Return the loop gain L(z) from eta to the position at one vertex, including the delay.
 
     The feedback is negative: 1/max |1/(1 + L)| is the modulus margin of the vertex.
 

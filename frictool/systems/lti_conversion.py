@@ -39,8 +39,8 @@ def as_lti(system: Any, period: float) -> Lti:
     Raises
     ------
     FrictoolError
-        If `system` is not a linear system, is improper, or has several inputs or outputs, another
-        sample period, or coefficients that are not finite.
+        If `system` is not a linear system, is improper, has several inputs or outputs, has a
+        sample period other than `period`, or has coefficients that are not finite.
     """
     a, b, c, d, dt = _matrices(system)
     n = len(a)
@@ -54,7 +54,7 @@ def as_lti(system: Any, period: float) -> Lti:
         return tustin(Lti(a.reshape(n, n), b.reshape(n, 1), c.reshape(1, n), d, 0.0), period)
     if dt is not True and abs(dt / period - 1.0) > SAME_PERIOD:
         raise FrictoolError(
-            f"the system is sampled at {dt:g} s; allowed: continuous, or the bench's period "
+            f"the system is sampled at {dt:g} s; allowed: continuous, or the sample period "
             f"of {period:g} s"
         )
     return Lti(a.reshape(n, n), b.reshape(n, 1), c.reshape(1, n), d, period)

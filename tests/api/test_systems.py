@@ -149,7 +149,7 @@ def test_whoever_s_system_it_is_the_same(given: Any, controller: Controller) -> 
         ),
         (
             control.tf([1.0], [1.0, -0.5], 2 * PERIOD),
-            "is sampled at 0.002 s; allowed: continuous, or the bench's period of 0.001 s",
+            "is sampled at 0.002 s; allowed: continuous, or the sample period of 0.001 s",
         ),
         (control.tf([1.0, 0.0], [1.0]), "improper"),
         (control.ss([[0.5]], [[1.0]], [[np.inf]], [[0.0]], PERIOD), "not finite"),

@@ -284,7 +284,7 @@ def test_what_a_body_does_not_take_is_refused() -> None:
         run_law(LAW, P, MASS, [(1.0, SPRING)], [1.0], settings)
     with pytest.raises(ValueError, match="falls to"):
         body(FrictionExtension(forward=(1.0, 1.0), travel=(-2.0, 0.0)))
-    with pytest.raises(ValueError, match="takes no film"):
+    with pytest.raises(ValueError, match="does not support a lubricant film"):
         body_of(
             LAWS["coulomb_tanh"],
             LAWS["coulomb_tanh"].pack({"coulomb": 1.0, "smoothing_velocity": 1e-3}),

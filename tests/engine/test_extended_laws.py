@@ -179,7 +179,7 @@ def test_what_a_law_does_not_take_is_one_line() -> None:
     for name, extension, match in (
         ("dahl", FrictionExtension(rise_time=1.0, fresh=0.9), "dahl never rests"),
         ("coulomb", FrictionExtension(rise_time=1.0, fresh=0.9), "coulomb has no breakaway"),
-        ("lugre", FrictionExtension(lag=1.0), "takes no film"),
+        ("lugre", FrictionExtension(lag=1.0), "does not support a lubricant film"),
         (
             "elasto_plastic",
             FrictionExtension(forward=(1.0, -0.2), backward=(1.0, -0.2)),

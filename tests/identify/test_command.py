@@ -132,8 +132,8 @@ def test_a_changed_constant_is_applied_to_raw_and_canonical_logs_alike(tmp_path:
     )
     assert raw.stderr == ""
     assert canonical.stderr == (
-        "warning: sines.mcap: effort is recomputed from current with the bench's "
-        "actuator.constant, "
+        "warning: sines.mcap: effort is recomputed from current with "
+        "actuator.constant of bench.yaml, "
         "0.0129 N m/A; "
         "the effort in the log was made with 0.0134 N m/A\n"
     )

@@ -273,7 +273,7 @@ def test_the_layout_of_the_bench_is_not_looked_for(tmp_path: Path):
     assert read(tmp_path, "x,y\n0,1", layout=Layout(whole=True)) == {"x": [0], "y": [1]}
     with pytest.raises(LogError, match=r"has no row of numbers after line 4 of the layout"):
         opened(tmp_path, GOOD, Layout(header_line=4))
-    with pytest.raises(LogError, match=r"layout.first_line of the bench is 9"):
+    with pytest.raises(LogError, match=r"layout.first_line is 9"):
         opened(tmp_path, GOOD, Layout(first_line=9))
 
 
@@ -481,6 +481,6 @@ def test_a_comma_behind_a_stamp_ends_its_cell_where_it_does_so_everywhere(
 def test_a_sign_for_thousands_is_named(tmp_path: Path):
     with pytest.raises(
         LogError,
-        match=r"found '1\.000,5'; allowed: a number; .* layout\.thousands: point in the bench",
+        match=r"found '1\.000,5'; allowed: a number; .* layout\.thousands: point in bench\.yaml",
     ):
         read(tmp_path, "x;y\n1,5;2,5\n3,5;4,5\n1.000,5;2,5\n")

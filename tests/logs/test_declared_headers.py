@@ -82,7 +82,7 @@ def test_labview_with_a_time_column_per_channel(tmp_path: Path) -> None:
     ("steps", "rows", "reason"),
     [
         ("0,002\t0,001\t", "\t1,5\t2,5\n", "no common Delta_X in s; write layout.period_s"),
-        ("0,002\t0,002\t", "", "without samples after its second header; .*layout.first_line"),
+        ("0,002\t0,002\t", "", "no samples after its second LabVIEW header; .*layout.first_line"),
     ],
 )
 def test_labview_that_does_not_say_its_times_is_refused(

@@ -45,7 +45,7 @@ def test_a_constant_that_has_changed_is_applied_and_said():
     log = match_bench(made(rig), stronger(rig, 3.0))
     assert log.main.signals["effort"] == pytest.approx(3.0 * CURRENT)
     assert log.warnings == (
-        "effort is recomputed from current with the bench's actuator.constant, 3 N m/A; "
+        "effort is recomputed from current with actuator.constant of bench.yaml, 3 N m/A; "
         "the effort in the log was made with 2 N m/A",
     )
 
@@ -90,7 +90,9 @@ def test_a_rotary_log_is_none_of_a_linear_bench():
 
 @pytest.mark.parametrize("period", [0.04, 2e-5, 1.0])
 def test_a_period_of_another_unit_of_time_is_refused(period: float):
-    with pytest.raises(LogError, match=r"the period is 0\.001 s, but sample_period_s of the bench"):
+    with pytest.raises(
+        LogError, match=r"the period is 0\.001 s, but sample_period_s in bench.yaml"
+    ):
         match_bench(made(bench(COLUMNS)), bench(COLUMNS, sample_period_s=period))
 
 

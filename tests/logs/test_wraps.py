@@ -90,7 +90,7 @@ def test_a_wrapped_position_is_refused_until_the_bench_says_so(
         run("ingest", *given, "-o", target),
         3,
         "log.csv: column 'position': the position wraps",
-        f"under encoder in the bench: {line}\n",
+        f"under encoder in bench.yaml: {line}\n",
     )
     assert not target.exists()
     rig = tmp_path / "bench.yaml"
@@ -305,7 +305,7 @@ def test_any_period_is_refused_with_a_line_that_repairs_the_log(
         run("ingest", *given, "-o", target),
         3,
         "column 'position': the position wraps",
-        f"in the bench: {line}\n",
+        f"in bench.yaml: {line}\n",
     )
     rig.write_text(with_key(rig.read_text(), line))
     assert run("ingest", *given, "-o", target).code == 0
@@ -345,7 +345,7 @@ def test_a_jump_that_is_no_wrap_is_not_refused(position: np.ndarray, tmp_path: P
     given = written(tmp_path, "rad", Encoder(counts_per_revolution=COUNTS), {"position": position})
     result = run("info", *given)
     assert result.code == 0, result.stderr
-    assert "encoder in the bench" not in result.stderr
+    assert "encoder in bench.yaml" not in result.stderr
 
 
 def test_a_return_that_the_drive_can_make_in_one_sample_is_no_wrap(tmp_path: Path) -> None:
@@ -396,7 +396,7 @@ def test_a_jump_that_may_be_a_wrap_is_a_warning_with_the_line(tmp_path: Path) ->
     assert result.code == 0
     assert "the position jumps once, at" in result.stderr
     assert (
-        "if the sensor wraps, write under encoder in the bench: wrap: {value: 5.3, unit: rad}"
+        "if the sensor wraps, write under encoder in bench.yaml: wrap: {value: 5.3, unit: rad}"
         in result.stderr
     )
 

@@ -162,7 +162,7 @@ def test_streams_are_chosen_by_name(tmp_path: Path) -> None:
         (
             2e-3,
             ("position", "current"),
-            r"the period is 0.002 s, but sample_period_s of the bench is 0.001 s",
+            r"the period is 0.002 s, but sample_period_s in bench.yaml is 0.001 s",
         ),
         (1e-3, ("position",), r"has no current \(the bench's drive\) or effort; it has position"),
         (1e-3, ("current",), r"has no position; it has current"),

@@ -94,7 +94,7 @@ class ElementArrays:
         if link.thread:
             raise ElementError(
                 f"links.{link.name}.friction_form",
-                "found thesis on a compliant screw; allowed: angle",
+                "found thesis, which is valid for rigid screws only; allowed: angle",
             )
         offset = self.start[link.b] - link.ratio * self.start[link.a]
         self._couple(

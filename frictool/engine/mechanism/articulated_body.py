@@ -154,10 +154,6 @@ def _hand_over(
 def _gather(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, whole: bool
 ) -> bool:
-    """Sweep from the leaves to the roots; fill the guards and the accelerations of the roots.
-
-    Returns False if the effective inertia of a moving tree is <= 0.
-    """
     n = k[ly.BLOCKS]
     sound = True
     for index in range(n - 1, -1, -1):
@@ -185,7 +181,6 @@ def _gather(
 def _hand_out(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, power: Vector
 ) -> None:
-    """Sweep from the roots to the leaves; fill accelerations, joint forces and joint losses."""
     n, j = k[ly.BLOCKS], k[ly.JOINTS]
     losses = k[ly.SOURCES] + n
     for joint in range(j):
@@ -271,7 +266,7 @@ def rates_of_state(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Fill rates, guards and powers as `field` does; `field` calls this kernel by its address."""
+    """Fill rates, guards and powers as `field` does, with the same arguments."""
     return _rates(machine, t, y, modes, inputs, out, True)
 
 

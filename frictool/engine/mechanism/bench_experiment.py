@@ -1,4 +1,4 @@
-"""Simulation of a bench test on a mechanism, with the tests of engine/bench_experiment.py."""
+"""Simulation of a bench test on a mechanism; engine/bench_experiment.py describes the tests."""
 
 from __future__ import annotations
 

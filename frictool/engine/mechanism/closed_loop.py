@@ -46,7 +46,7 @@ NOBODY = -1  # index for no controlled source
 
 
 class ControlPorts(NamedTuple):
-    """Controlled source, block of the sensor and block of the load, as indices.
+    """Indices of the controlled source, of the sensor's block and of the load's block.
 
     source: NOBODY if no source is controlled. step: encoder resolution [rad | m]. The load's
     position q is recorded in the coordinate of the sensor: sensor_start + (q -
@@ -112,7 +112,7 @@ class MechanismRecord(NamedTuple):
 def flowing(
     machine: CompiledMechanism, state: MechanismState, source: int, command: float
 ) -> float:
-    """Return the present drive of a source [A | V | N m | N].
+    """Return the present drive of a source [A | V | N m | N] under `command`.
 
     Without a lag the drive is the limited command.
     """
@@ -175,9 +175,10 @@ def moved(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> int:
-    """Fill the rows of sample k in `out` and advance to sample k + 1; return a status code.
+    """Record sample k in `out` and advance to sample k + 1; return a status code.
 
-    closed: True if `acting` is the command of the controlled source.
+    closed: True if `acting` is the command of the controlled source, False if the sources follow
+    `inputs` only.
     """
     n, u = machine.whole[ly.BLOCKS], machine.whole[ly.SOURCES]
     drives = np.zeros(u)
@@ -292,7 +293,7 @@ def follow(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> tuple[int, int]:
-    """Simulate as `run` does, but without a controller: signals drive the sources."""
+    """Simulate as `run` does, but without a controller; the sources follow `inputs`."""
     for k in range(begin, end):
         shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
         out.record[k, MEASURED] = shown[0]

@@ -1,4 +1,4 @@
-"""Energy of a mechanism: kinetic energy, and energy stored in compliant links and pushes.
+"""Energy of a mechanism: kinetic energy, and energy stored in compliant links and in pushes.
 
 A push is a constant or position-dependent effort. The energies and the entries of `work`
 (engine/mechanism/state.py) satisfy the balance:

@@ -69,7 +69,7 @@ def _change(error: float) -> float:
 
 @bare_kernel
 def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
-    """Return the first time within the step at which a guard may be passed briefly, else h [s]."""
+    """Return the first time [s] in the step at which a guard may briefly pass its limit, else h."""
     workspace = state.workspace
     guard, end = workspace.lines[st.GUARD], workspace.lines[st.END]
     return min(
@@ -206,7 +206,7 @@ def held_command(
     tolerance: float,
     events: EventRows,
 ) -> int:
-    """Advance the state by `duration` [s]; `advance` calls this kernel by its address."""
+    """Advance the state by `duration` [s] with the arguments of `advance`."""
     k, y = machine.whole, state.y
     n = k[ly.BLOCKS]
     total = duration

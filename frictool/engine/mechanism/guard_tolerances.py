@@ -19,7 +19,7 @@ ROUNDING = 1e-15  # rounding error of a position, relative to its terms
 
 @bare_kernel
 def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
-    """Return the tolerance of forces at a block [N | N m]; smaller forces count as zero."""
+    """Return the force [N | N m] at a block below which forces count as zero."""
     least = 1e-300  # N | N m, for a block without mass and without efforts
     return float(
         SLACK * w[GROSS, block]

@@ -185,7 +185,7 @@ def _part(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
 @bare_kernel
 def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -> tuple[float, int]:
-    """Return the largest approach speed over all contacts, and the index of its contact.
+    """Return the largest approach speed of all contacts, and the index of that contact.
 
     Approach speeds are relative to the block's speed scale. The index of a contact is the index of
     its joint, or the number of joints plus the index of its stop; the result is -1 if no contact

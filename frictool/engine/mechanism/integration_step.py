@@ -76,7 +76,7 @@ def stages_of_step(
     end: int,
     watching: int,
 ) -> float:
-    """Compute slopes and powers as `stages` does; `stages` calls this kernel by its address."""
+    """Compute slopes and powers as `stages` does, from the arrays of the state."""
     return _stages(machine, y, modes, workspace, t, h, first, end, watching)
 
 
@@ -156,7 +156,7 @@ def try_step(
 ) -> tuple[float, float]:
     """Try a step of length h from the state; t [s] is the time since the command.
 
-    Location of the arrays in the workspace, at the start and at the end of the step:
+    The results for both ends of the step are in these arrays of the workspace:
 
                  at the start      at the end
         rates    row 0 of `slopes` row AFTER of `slopes`

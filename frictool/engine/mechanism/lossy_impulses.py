@@ -51,10 +51,11 @@ class Group(NamedTuple):
 
 @part_kernel
 def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
-    """Fill the rows VALUE and SLOPE of the group's first block.
+    """Fill the rows VALUE and SLOPE of the group's first block for the speed change x.
 
-    x: speed change of the first block per unit of impulse. VALUE: impulse that this block needs for
-    the speed change x, in addition to `impulse` on `hit.block`. SLOPE: derivative of VALUE by x.
+    x: change of the first block's speed per unit of impulse. VALUE: impulse that this block needs
+    for the speed change x, in addition to `impulse` on `hit.block`. SLOPE: derivative of VALUE by
+    x.
     """
     k, p, group, block, w = hit
     n = k[ly.BLOCKS]

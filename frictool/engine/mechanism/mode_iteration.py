@@ -91,7 +91,7 @@ def _jam(
 def modes_at_instant(
     machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows
 ) -> int:
-    """Determine the modes as `settle` does; `settle` calls this kernel by its address."""
+    """Determine the modes as `settle` does, with the same arguments."""
     k, p, workspace = machine.whole, machine.numbers, state.workspace
     out = RateEvaluation(
         workspace.slopes[0], workspace.w, workspace.lines[st.GUARD], workspace.powers[0]

@@ -53,7 +53,7 @@ def take_inputs(
 
 @bare_kernel
 def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -> float:
-    """Return the drive of one source; t [s] is the time since the command was set."""
+    """Return the drive of a source t [s] after the command was set."""
     lag = ly.lag(p, ly.source_row(k, source))
     target = inputs[source]
     before = inputs[k[ly.SOURCES] + source]

@@ -1,8 +1,8 @@
 """Reader of CAN logs (BLF, ASC, candump, PCAN-Trace), with python-can and cantools.
 
-A DBC file in the folder of the log defines the signals in the frames. The key `layout.dbc` of the
-bench gives its name; by default, it has the name of the log with the suffix `.dbc`. Each message of
-the DBC becomes a table with the times of its frames.
+A DBC file in the folder of the log defines the signals in the frames. The key `layout.dbc` in
+bench.yaml gives its name; by default, it has the name of the log with the suffix `.dbc`. Each
+message of the DBC becomes a table with the times of its frames.
 
     frames ──python-can──▶ (time, identifier, bytes) ──cantools, DBC──▶ signals of each message
 """
@@ -66,8 +66,8 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     if not dbc.is_file():
         raise LogError(
             path,
-            f"needs a DBC that describes its frames: found no {dbc.name} in its folder; write "
-            "layout.dbc: FILE in the bench, or rename the DBC",
+            f"needs a DBC file for its frames, but found no {dbc.name} in its folder; write "
+            "layout.dbc: FILE in bench.yaml, or rename the DBC file",
         )
     return open_guarded(path, partial(_open, dbc=dbc, reader=str(reader)))
 

@@ -153,10 +153,6 @@ class _MatVariableReader:
         return data
 
     def small(self, most: int = SMALL_BYTES) -> tuple[int, bytes]:
-        """Return type and content of the next element.
-
-        Raises ValueError if the content has more than `most` bytes.
-        """
         tag = self.tag()
         if tag.inline is not None:
             return tag.kind, tag.inline
@@ -175,7 +171,7 @@ class _MatVariableReader:
             return
         _, flags = self.small()
         if len(flags) != 8:
-            raise ValueError(f"the head of a variable is damaged (flags of {len(flags)} bytes)")
+            raise ValueError(f"a variable has a damaged head: its flags have {len(flags)} bytes")
         (bits,) = struct.unpack_from(self.order + "I", flags)
         kind = CLASSES[bits & 0xFF] if bits & 0xFF < len(CLASSES) else "unknown"
         if kind == "opaque":  # name, system (MCOS), class, and data that only MATLAB can interpret
@@ -193,7 +189,7 @@ class _MatVariableReader:
     def shape(self) -> tuple[int, ...]:
         _, data = self.small()
         if len(data) % 4 or not 8 <= len(data) <= 128:
-            raise ValueError(f"the head of a variable is damaged (shape of {len(data)} bytes)")
+            raise ValueError(f"a variable has a damaged head: its shape has {len(data)} bytes")
         shape = tuple(int(n) for n in np.frombuffer(data, np.dtype(self.order + "i4")))
         if min(shape) < 0:
             raise ValueError(f"the shape of a variable is negative: {shape}")

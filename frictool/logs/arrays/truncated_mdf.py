@@ -81,9 +81,10 @@ def records_before(group: Any, end: int) -> int:
 
 
 def described_at(path: Path) -> int | None:
-    """Return the offset of a block that describes channels but is not completely in the file.
+    """Return the offset of a missing or incomplete MDF block that describes channels.
 
-    The result is None if the file has all these blocks. The file must be of version 4.
+    The result is None if the file contains all these blocks completely. The file must be of
+    version 4.
     """
     size = path.stat().st_size
     with path.open("rb") as stream:

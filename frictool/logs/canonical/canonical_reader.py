@@ -175,7 +175,7 @@ class CanonicalReader:
         return self._kept(channel, time, values, part)
 
     def _mixed(self, part: FileSection) -> Iterator[ChannelSamples]:
-        """Yield the samples of a section that `_of_one_channel` cannot read.
+        """Yield the samples of a section that contains invalid messages or several channels.
 
         An invalid message in a complete chunk raises ValueError; in any other section it is
         recorded as damage.

@@ -80,7 +80,7 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
 
 
 def chunk_prefix(rest: bytes) -> bytes:
-    """Return the uncompressed bytes of a truncated chunk, as far as they can be decompressed.
+    """Return the bytes of a truncated chunk that can still be decompressed.
 
     rest: beginning of the body of the chunk record.
 

@@ -1,4 +1,4 @@
-"""Declarations and message sections of any MCAP file in order, for all MCAP readers.
+"""Records and sections of messages of any MCAP file, in order.
 
     FileRecords ──▶ FileRecord, FileSection, FileSection, FileRecord, ...
 

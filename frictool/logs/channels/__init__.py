@@ -1,1 +1,1 @@
-"""Mapping of the columns of a bench file to channels in SI."""
+"""Mapping of the columns of a raw log file to channels in SI."""

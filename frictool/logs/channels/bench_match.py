@@ -1,8 +1,8 @@
-"""Comparison of a canonical log with a bench, which may have changed since the log was made.
+"""Comparison of a canonical log with bench.yaml, which may have changed since the log was made.
 
 A canonical log contains units, times and often an effort that was computed with the actuator
-constant of the bench used at `ingest`. The units and the sample period are compared with the bench
-in use. A computed effort is computed again from the drive signal (current or voltage).
+constant that bench.yaml had at `ingest`. The units and the sample period are compared with the
+present bench.yaml. A computed effort is computed again from the drive signal (current or voltage).
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ SAME_CONSTANT = 1e-6  # relative difference up to which the actuator constant is
 
 
 def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
-    """Return the log with the effort recomputed from the actuator constant of the bench.
+    """Return the log with the effort recomputed from the actuator constant in bench.yaml.
 
     Only the effort of the main stream is recomputed, and only if it was not measured. Warnings
     about the log and about a changed constant are added to `log.warnings`.
 
     Raises LogError if a unit belongs to the other kind of axis (rotary or linear), if the position
-    wraps, or if the sample periods of log and bench differ by more than a factor of 30. If
+    wraps, or if the sample periods of log and bench.yaml differ by more than a factor of 30. If
     `same_period` is True, they may differ by at most 20 %.
     """
     stream = log.main
@@ -56,8 +56,8 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
         if np.any(drive) and abs(before / constant - 1.0) > SAME_CONSTANT:
             unit = si_unit(drive_dimension(bench.actuator.drive, constant=True), bench.axis)
             made = (
-                f"effort is recomputed from {bench.actuator.drive} with the bench's "
-                f"actuator.constant, {constant:.6g} {unit}"
+                f"effort is recomputed from {bench.actuator.drive} with actuator.constant of "
+                f"bench.yaml, {constant:.6g} {unit}"
             )
             noted.append(f"{made}; the effort in the log was made with {before:.6g} {unit}")
     streams = tuple(

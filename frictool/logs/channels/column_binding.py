@@ -1,4 +1,4 @@
-"""Assignment of the channels of a bench to the tables of a raw file.
+"""Assignment of the channels in bench.yaml to the tables of a raw file.
 
 Each table with the column of a channel becomes a stream.
 """
@@ -40,8 +40,8 @@ def bind(
     lost: list to which a channel is added if its column is in the missing part of a truncated file;
         None to raise LogError instead.
 
-    Raises LogError if the bench maps no channel, if a table has no time, or if a column is missing,
-    is in several tables, or has a unit that contradicts the bench.
+    Raises LogError if bench.yaml maps no channel, if a table has no time, or if a column is
+    missing, is in several tables, or has a unit that contradicts bench.yaml.
     """
     source = tables[0].source
     if not bench.columns.keys() - {TIME}:
@@ -115,7 +115,7 @@ def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int
 
 
 def _time(table: RawTable, bench: Bench) -> ChannelColumns:
-    """Return the time column that the bench names, if the table contains this column."""
+    """Return the time column that bench.yaml names, if the table contains this column."""
     column = bench.columns.get("time")
     if column is None:
         return {}

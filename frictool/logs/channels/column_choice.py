@@ -191,7 +191,7 @@ def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnCho
 
 
 def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
-    """Return the choice with a question: without motion, nothing confirms the drive signal."""
+    """Return the choice with a question: a log without motion cannot confirm the drive signal."""
     question = ColumnQuestion(
         channel,
         "column",
@@ -276,7 +276,7 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
 
 
 def _doubt(channel: str, one: OfferedColumn) -> str | None:
-    """Return why the only column that fits a channel may be another signal, or None."""
+    """Return why the only column that fits a channel may be another signal; None if certain."""
     named = quantities(one.name)
     if len(named) > 1 and one.unit is None and one.preset is None:
         return f"its name says {' or '.join(named)}; move the line to the right channel"

@@ -1,4 +1,4 @@
-"""Guess of the columns, units, sample period and encoder step of a bench from a log.
+"""Guess of the columns, units, sample period and encoder step for a new bench.yaml from a log.
 
 If the unit and the name of a column contradict each other, the unit decides. A column that fits no
 channel is not used. Missing units, and the choice among several columns that fit, become questions
@@ -305,8 +305,8 @@ def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis)
     """Return the sample period in s: the mean interval if the log has no gaps, else the median.
 
     The period is rounded to 3 digits if this changes the period by less than 0.1 %, else to 6
-    digits. The result is None if a bench does not allow this period, because the unit of time is
-    then probably wrong.
+    digits. The result is None if bench.yaml does not allow this period, because the unit of time
+    is then probably wrong.
     """
     time = _si(table, columns, TIME, axis)
     if time is None and table.time_ns is not None and table.time_ns.size:

@@ -1,4 +1,4 @@
-"""Log of a raw file without a bench: columns recognised by name and unit, not converted to SI."""
+"""Log of a raw file without bench.yaml: columns known by name and unit, not converted to SI."""
 
 from __future__ import annotations
 

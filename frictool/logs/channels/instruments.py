@@ -17,9 +17,9 @@ from frictool.logs.canonical.mcap_layout import NS
 class InstrumentBench:
     """Bench for one file.
 
-    name: name of the instrument in the bench; None if the file belongs to no instrument.
+    name: name of the instrument in bench.yaml; None if the file belongs to no instrument.
     bench: bench with the instrument's columns, layout and sample period.
-    ahead_ns: known lead of the instrument's clock in ns; 0 if the bench has no `clock_offset`.
+    ahead_ns: known lead of the instrument's clock in ns; 0 if bench.yaml has no `clock_offset`.
     estimate: how to estimate this lead from the samples; None if it is not to be estimated.
     """
 
@@ -30,7 +30,7 @@ class InstrumentBench:
 
 
 def view_of(path: Path, bench: Bench) -> InstrumentBench:
-    """Return the bench for a file; the name of the file selects the instrument.
+    """Return the bench with the columns of a file's instrument, which the file name determines.
 
     Raises LogError if the file's name fits several instruments.
     """

@@ -1,7 +1,8 @@
-"""Table sampled at the bench's period; each sample is the latest value, as in an input register.
+"""Table sampled at the period of bench.yaml; each sample is the latest value of the column.
 
-An oscilloscope samples far faster than the bench, and a logic analyser writes changes only. The log
-keeps the values that a controller with the bench's period would have read.
+An oscilloscope samples far faster than the controller of the rig, and a logic analyser writes
+changes only. The log keeps the values that a controller with the sample period of bench.yaml would
+have read from an input register.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ class ChannelSource(NamedTuple):
 
     channel: channel or `time`.
     name: name of the column in the file.
-    column: entry of the channel in the bench.
+    column: entry of the channel in bench.yaml.
     scale: conversion of the unit to SI.
     """
 
@@ -76,12 +76,13 @@ class ChannelMapper:
 
     table: table of the raw file.
     bench: bench with the `columns` to map.
-    columns: channel or `time` -> column of the bench, and its name in the table.
+    columns: channel or `time` -> its entry in `bench.columns`, and the name of the column in the
+        table.
     topic: topic of the stream.
     derive: True if `effort` is to be computed from the drive signal (current or voltage).
     period: expected sample period in s; None to accept any period.
 
-    Raises LogError if a unit of the bench contradicts the unit in the file.
+    Raises LogError if a unit in bench.yaml contradicts the unit in the file.
     """
 
     def __init__(
@@ -361,7 +362,7 @@ def check_rate(
     noted = []
     if wanted is not None:
         difference = abs(period / wanted - 1.0)
-        rates = f"the period is {period:.6g} s, but sample_period_s of the bench is {wanted:.6g} s"
+        rates = f"the period is {period:.6g} s, but sample_period_s in bench.yaml is {wanted:.6g} s"
         if same and difference > RATE_REFUSED:
             raise LogError(
                 source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; check the unit of time"

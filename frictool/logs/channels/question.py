@@ -11,7 +11,7 @@ class ColumnQuestion:
     """Question to the user about the column or the unit of a channel.
 
     channel: channel or `time`.
-    key: key of the bench that the user has to fill in, `column` or `unit`.
+    key: key of bench.yaml that the user has to fill in, `column` or `unit`.
     candidates: columns or units from which the user chooses.
     why: reason why the file does not decide.
     """
@@ -23,7 +23,7 @@ class ColumnQuestion:
 
     @property
     def note(self) -> str:
-        """Return the comment that the generated bench shows next to the key."""
+        """Return the comment that the generated bench.yaml shows next to the key."""
         return f"fill in {self.key} {alternatives(self.candidates)}: {self.why}"
 
 

@@ -1,4 +1,4 @@
-"""Preparation of tables as the bench requires: zero offsets, quadrature decoding, sample period.
+"""Preparation of tables as bench.yaml requires: zero offsets, quadrature decoding, sample period.
 
 RawTable ──▶ ZeroedTable ──▶ QuadratureTable ──▶ LatchedTable ──▶ mapping
 """
@@ -30,7 +30,7 @@ def prepare_tables(
 ) -> tuple[tuple[RawTable, ...], list[FindingTexts]]:
     """Return the prepared tables, and functions that return warnings after the tables are read.
 
-    If the bench has encoders in `quadrature`, raises LogError if one of their channels is missing
+    If bench.yaml has encoders in `quadrature`, raises LogError if one of their channels is missing
     or if the file has several tables.
     """
     ready = tuple(zeroed(table, bench.columns) for table in tables)
@@ -38,14 +38,15 @@ def prepare_tables(
         return ready, []
     if len(ready) > 1:
         raise LogError(
-            ready[0].source, f"has {len(ready)} time bases; allowed with quadrature: one"
+            ready[0].source,
+            f"has {len(ready)} tables with different times; allowed with `quadrature`: one",
         )
     counted = QuadratureTable(ready[0], bench.quadrature)
     return (_latched(counted, bench),), [counted.findings]
 
 
 def _latched(table: RawTable, bench: Bench) -> RawTable:
-    """Return the table sampled at the bench's period; the same table if it has this period."""
+    """Return the table sampled at the period of bench.yaml; unchanged if it has this period."""
     time = None
     column = bench.columns.get("time")
     name = None if column is None else table.find(column.column)

@@ -6,8 +6,8 @@ differ by a multiple of P give the same step of y; the shortest of these steps i
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
 The period is `encoder.wrap` or, for a position that is not in counts, the range of a counter of
-`encoder.wrap_bits` bits. If a position wraps although the bench has neither key, LogError is raised
-(quality/wrap_detection.py).
+`encoder.wrap_bits` bits. If a position wraps although bench.yaml has neither key, LogError is
+raised (quality/wrap_detection.py).
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class Unwrapping:
             ) from None
 
     def check(self, time: Vector, position: Vector) -> None:
-        """Raise LogError if the next positions contain a wrap that the bench does not declare.
+        """Raise LogError if the next positions contain a wrap that bench.yaml does not declare.
 
         time: times (n,) in s.
         position: positions (n,) in rad or m.

@@ -109,9 +109,10 @@ class ClockPair:
         """Return a warning if the clocks drift apart, else None.
 
         clock: name of the sender's clock.
-        period: sample period in s; a smaller drift over the whole log gives no warning.
+        period: sample period in s; no warning if the clocks differ by less than this over the
+            whole log.
 
-        There is also no warning if varying delays of the messages can explain the drift.
+        There is no warning either if varying delays of the messages can explain the drift.
         """
         sent = np.concatenate(self._sent) if self._sent else np.empty(0, np.int64)
         drift = (
@@ -134,8 +135,8 @@ class ClockPair:
 def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:
     """Return offset and drift of the clock of `other` relative to the clock of `one`.
 
-    The two records of the signal `name` are compared. The result is None if the records overlap or
-    correlate for too short a time.
+    The signal `name`, which both streams contain, is compared. The result is None if the records
+    overlap or correlate for too short a time.
     """
     period = max(one.period, other.period)
     low, high = max(one.time[0], other.time[0]), min(one.time[-1], other.time[-1])

@@ -5,7 +5,7 @@
     linear    every other signal is interpolated between the samples around each time
 
 The grid begins, to the ns, at the first time at which every stream has a sample. It ends at the
-earliest end of a stream.
+last sample of the stream that ends first.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Conversion of rows of text to numbers, in one pass; cells may be quoted.
 
 The bytes may have any encoding that contains ASCII (UTF-8, Latin-1). A cell that is not a plain
-number is listed as an issue; the caller decides what to do with it.
+number is listed as an issue, which the caller resolves.
 
     text ──▶ cell ──▶ slot >= 0: values[slot, row]     issue CELL: no plain number; the cell is
                                                        text[start:stop]

@@ -29,5 +29,5 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the largest step of which all values are multiples; None if there is none."""
+        """Return the largest step that divides all values; None if there is none."""
         return encoder_step(self._values) if self._values.size else None

@@ -8,8 +8,8 @@ Then the search classifies the motion around each long step:
 
     forward     the axis moves against s before and after the step: it continues across the end of
                 the period
-    backward    the axis moves along s before or after the step, as after a dropout: no wrap
-    at rest     the axis rests, or noise hides its motion
+    backward the axis moves along s before or after the step, as after a dropout: no wrap at rest
+    the axis rests, or its motion is smaller than the noise
 
 The motion before the step is the sum of the last n steps, and the motion after the step is the sum
 of the next n steps. n is the smallest of 2, 8, 32 and 128 for which both sums exceed noise and one
@@ -18,10 +18,10 @@ count.
 Noise at the end of the period causes several long steps of alternating signs. If their number is
 odd, the first of them counts as the wrap; if it is even, there is no wrap.
 
-Noise may also hide the motion of an axis that rests, reverses or creeps at an end of the period.
-Then the positions before and after each long step must be the ends of a known period. A sawtooth
-motion that returns within one sample looks like a wrap. Therefore `RepeatedJump.movable` states
-whether the drive can move the axis that far in one sample.
+The motion of an axis that rests, reverses or creeps at an end of the period may be smaller than
+the noise. Then the positions before and after each long step must be the ends of a known period. A
+sawtooth motion that returns within one sample looks like a wrap. Therefore `RepeatedJump.movable`
+states whether the drive can move the axis that far in one sample.
 """
 
 from __future__ import annotations
@@ -281,7 +281,7 @@ class RepeatedJumps:
 
 
 def _directions(around: Matrix) -> tuple[int, int]:
-    """Return the numbers of long steps with forward and with backward motion around them.
+    """Return the numbers of long steps with forward motion and of those with backward motion.
 
     around: steps (m, 2 WINDOW) around each long step, positive if opposite to the long step.
     """
@@ -301,9 +301,10 @@ def _directions(around: Matrix) -> tuple[int, int]:
 
 
 def _most_covered(low: Vector, high: Vector) -> tuple[float, float]:
-    """Return the bounds of the range of values that the largest number of intervals contain.
+    """Return the bounds of the range of values that lies in the largest number of intervals.
 
-    The range is extended as long as at least MOSTLY times this number of intervals contain it.
+    The range is then extended as long as it lies in at least MOSTLY times this number of
+    intervals.
 
     low, high: bounds (n,) of the intervals.
     """

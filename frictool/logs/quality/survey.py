@@ -45,7 +45,8 @@ class SignalSurvey:
     step: quantisation step; None if the values are not multiples of a step.
     hold: number of samples for which the signal keeps a value; None if it changes at every sample.
     flat: flat tops of the signal (saturation.py).
-    at_limit: number of samples at the bench's limit of the signal; None if it has no limit.
+    at_limit: number of samples at the limit that bench.yaml sets for the signal; None without a
+        limit.
     """
 
     name: str
@@ -84,7 +85,7 @@ def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> S
     """Return the survey of one stream.
 
     pieces: function that returns an iterator over all samples; it is called twice.
-    limits: signal -> largest absolute value that the bench allows.
+    limits: signal -> largest absolute value that bench.yaml allows.
     """
     signals = {
         name: SignalSurvey(name, unit) for name, unit in zip(head.fields, head.units, strict=True)

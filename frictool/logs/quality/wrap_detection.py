@@ -14,7 +14,7 @@ a whole number b. A wrap is certain in these cases:
                       three times; on a slow axis twice is enough, or once if all jumps lead from
                       one end of the range [-P/2, P/2] to the other
 
-Noise may hide the motion. A wrap is then certain if three conditions are met. The period is
+If the motion is smaller than the noise, a wrap is certain under three conditions. The period is
 natural. The drive cannot move the axis by the jump in one sample. At least three jumps connect the
 ends of the range [0, P] or [-P/2, P/2].
 
@@ -47,7 +47,7 @@ class Wrap:
     count: number of wraps.
     time: time of the first wrap in s.
     before, after: positions before and after the first wrap, in `unit`.
-    line: line to write into the section `encoder` of `bench.yaml`.
+    line: line to add to the section `encoder` of `bench.yaml`.
     unit: unit of `before` and `after`.
     """
 
@@ -61,14 +61,14 @@ class Wrap:
 
     @property
     def text(self) -> str:
-        """Return the message about the wrap, with the line to write into the bench."""
-        return f"the position wraps {self._jump}; write under encoder in the bench: {self.line}"
+        """Return the message that the position wraps, with the line to add to bench.yaml."""
+        return f"the position wraps {self._jump}; write under encoder in bench.yaml: {self.line}"
 
     @property
     def question(self) -> str:
-        """Return the message about a jump that may be a wrap."""
+        """Return the message that a jump of the position may be a wrap."""
         return (
-            f"{JUMPS} {self._jump}; if the sensor wraps, write under encoder in the bench: "
+            f"{JUMPS} {self._jump}; if the sensor wraps, write under encoder in bench.yaml: "
             f"{self.line}; otherwise samples are missing"
         )
 
@@ -110,7 +110,7 @@ class WrapSearch:
         return self._wrap(jump) if self._is_sure(jump) else None
 
     def _noisy(self) -> Wrap | None:
-        """Return a wrap that is certain even though noise hides the motion around it, or None."""
+        """Return a wrap that is certain although the motion is smaller than the noise, or None."""
         for period in self._natural:
             for low in (0.0, -0.5 * period):
                 jump = self._jumps.between(low, low + period)

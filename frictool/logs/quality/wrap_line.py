@@ -1,6 +1,6 @@
 """Line of `bench.yaml` that states the period at which a position wraps.
 
-The period is in the log's unit, or in turns if the number of turns has fewer digits.
+The period is written in the unit of the log, or in turns if this gives fewer digits.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class WrapLine:
         self._factor = factor_to_si(self._unit, "position", bench.axis)
 
     def of(self, low: float, high: float) -> str:
-        """Return the line of the bench for a period from `low` to `high` in rad or m."""
+        """Return the line of bench.yaml for a period from `low` to `high` in rad or m."""
         bits = next((one for one in BITS if low <= self._resolution * 2.0**one <= high), None)
         if self.counted and bits is not None:
             return f"wrap_bits: {bits}"

@@ -141,7 +141,7 @@ class _CdrReader:
         self.message(message, "", ())
         if len(self.data) - self.position > PADDING:
             raise ValueError(
-                f"is {len(self.data)} bytes long, but its definition ends after {self.position}"
+                f"has {len(self.data)} bytes, but its definition ends after {self.position} bytes"
             )
         return MessageLayout(len(self.data), tuple(self.leaves), tuple(self.guards))
 

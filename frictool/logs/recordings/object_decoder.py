@@ -26,9 +26,9 @@ def numbers(
     path: path of `message` itself.
     labels: names of the elements of sequences with the same length.
 
-    The path of an element of a sequence contains its index. If the element has a label, it is
-    yielded a second time with the label. Raises ValueError if a mapping has more than MOST_VALUES
-    keys.
+    The path of an element of a sequence contains the index of the element. An element with a label
+    is yielded a second time, with the label in place of the index. Raises ValueError if a mapping
+    has more than MOST_VALUES keys.
     """
     if isinstance(message, bool | int | float):
         try:

@@ -5,8 +5,8 @@ Each topic has its own time base.
     container ──Messages, MessageGap, Messages, ...──▶ decoder ──numbers──▶ TopicTable
 
 The name of a column is its path: `/joint_states.position[arm]`, `/motor.data`,
-`/imu.linear_acceleration.x`. Elements of an array are named by the texts of the `name` array in the
-same message, and also by their index from 0.
+`/imu.linear_acceleration.x`. An element of an array has two names: one with its index from 0, and
+one with its text in the `name` array of the same message.
 """
 
 from __future__ import annotations

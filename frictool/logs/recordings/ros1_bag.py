@@ -38,7 +38,7 @@ class BagLoss:
     """Loss of messages in a bag.
 
     reason: why the messages cannot be read.
-    rest: readable messages of the damaged part, by topic.
+    rest: messages of the damaged part that can still be read, by topic.
     """
 
     reason: str

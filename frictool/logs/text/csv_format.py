@@ -33,7 +33,7 @@ from frictool.logs.text.text_layout import LONGEST_LINE, find_layout
 
 NO_END = (
     "the last line has no line end: the file may be cut off; if it is complete, add a line end, or "
-    "write layout.whole: true in the bench"
+    "write layout.whole: true in bench.yaml"
 )
 OVER_RANGE = "\u221e"  # infinity sign, which a PicoScope writes for a sample out of its range
 _DATE = re.compile(r"\d+[./-]\d+[./-]\d+\b")
@@ -238,7 +238,7 @@ class CsvTable:
         if signs and signs[0] is not None and not hint:
             hint = (
                 f"; does the {signs[0]} separate thousands? then write layout.thousands: "
-                f"{signs[0]} in the bench"
+                f"{signs[0]} in bench.yaml"
             )
         if issue.what == layout.stamps or _DATE.match(cell):
             hint = "" if issue.what == layout.stamps else " or "

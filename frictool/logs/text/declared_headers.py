@@ -116,8 +116,8 @@ def _read_labview(rows: Rows, number: Number, is_number: IsNumber) -> DeclaredHe
     first = next((index for index in range(header + 1, len(rows)) if any(rows[index])), None)
     if first is None or not any(rows[header]):
         raise HeaderError(
-            "is a LabVIEW measurement without samples after its second header; if it has samples, "
-            "write layout.header_line and layout.first_line in the bench"
+            "has no samples after its second LabVIEW header; if the samples are elsewhere, write "
+            "layout.header_line and layout.first_line in bench.yaml"
         )
     keys = _keyed(rows[ends[0] + 1 :], ends[1] - ends[0])
     names = list(trimmed(rows[header]))
@@ -155,7 +155,7 @@ def _labview_clock(
     if not seconds or step is None or starts[0] is None or not 0.0 < step < math.inf:
         raise HeaderError(
             "has no time column, and its channels have no common Delta_X in s; "
-            "write layout.period_s in the bench"
+            "write layout.period_s in bench.yaml"
         )
     return "Delta_X", 1e9 * step, 1e9 * starts[0]
 
@@ -180,7 +180,7 @@ def _read_twincat(rows: Rows, number: Number, is_number: IsNumber) -> DeclaredHe
     headers = [index for index, row in enumerate(rows[:first]) if row and row[0].lower() == NAME]
     if first is None or len(headers) < 2:
         raise HeaderError(
-            "is an export of TwinCAT Scope without a line `Name` of channels, or without samples"
+            "is an export of TwinCAT Scope, but has no samples or no line `Name` with channel names"
         )
     header = headers[-1]
     width = len(rows[first])

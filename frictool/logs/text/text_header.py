@@ -97,7 +97,7 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
 
 
 def _stands_over_units(rows: Rows, index: int) -> bool:
-    """Return True if a line with numbers is the line of names of an oscilloscope's columns.
+    """Return True if a line with numbers contains the names of an oscilloscope's columns.
 
     An example is `x-axis,1,2` above `second,Volt,Volt`.
     """
@@ -207,7 +207,7 @@ def _label(
 ) -> tuple[str, str | None]:
     """Return name and unit of a column.
 
-    If the cell below the name contains a text that is not a unit, this text replaces the name.
+    If the cell below the name contains a text that is not a unit, this text becomes the name.
     """
     name, unit = name_and_unit(names[column]) if column < len(names) else ("", None)
     below = beneath[column] if column < len(beneath) else ""

@@ -1,4 +1,4 @@
-"""Detection of a text file's layout from its first lines; the bench's `layout` takes precedence."""
+"""Detection of a text file's layout from its first lines; bench.yaml takes precedence."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ class TextLayout:
         column of times.
     stamps: index of the column with dates or times of day; None if there is none.
     dates: order of the parts of these dates (kernels/iso8601.py).
-    period_ns, start_ns: interval and start of the rows in ns, from a line above the numbers or from
-        the bench.
+    period_ns, start_ns: interval and start of the rows in ns, from a line above the numbers or
+        from bench.yaml.
     commented: True if a row may have a comment as an additional last cell.
     trailer: text of a last line that ends the samples; "" if there is none.
     metadata: number of columns with metadata before the columns of the samples.
@@ -100,7 +100,7 @@ def find_layout(
     """Return the layout of a file that begins with `head`.
 
     whole: True if `head` is the complete file.
-    layout: keys of the layout that the bench states; they take precedence.
+    layout: keys of the layout that bench.yaml states; they take precedence.
 
     Raises LogError if the file is empty, has no row of numbers below its header, or has a line
     longer than LONGEST_LINE.
@@ -167,7 +167,7 @@ def _header(
 ) -> DeclaredHeader:
     """Return the header that the instrument declares or, without one, the detected header.
 
-    If the bench gives the line of the header, this line takes precedence over both.
+    If bench.yaml gives the line of the header, this line takes precedence over both.
     """
     after = max(layout.header_line or 0, layout.unit_line or 0)
     if layout.header_line is None and layout.unit_line is None and layout.first_line is None:
@@ -191,7 +191,7 @@ def _order(path: Path, cells: list[str], layout: Layout) -> int:
         raise LogError(
             path,
             f"has dates such as {cells[0]!r}, which may begin with the day or with the month; "
-            "write layout.dates: day-first or month-first in the bench",
+            "write layout.dates: day-first or month-first in bench.yaml",
         )
     return order
 
@@ -214,21 +214,21 @@ def _lines(path: Path, head: str, whole: bool, most: int) -> list[str]:
 
 def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
     if first is not None:
-        return f"has {len(rows)} lines, but layout.first_line of the bench is {first + 1}"
+        return f"has {len(rows)} lines, but layout.first_line is {first + 1}"
     if after:
         return f"has no row of numbers after line {after} of the layout"
     if sum(any(row) for row in rows) == 1:
         return "has a header, but no rows"
     return (
-        f"has no row of numbers in its first {len(rows)} lines; if a table begins later, give "
-        "layout.first_line in the bench"
+        f"has no row of numbers in its first {len(rows)} lines; if a table begins later, write "
+        "layout.first_line in bench.yaml"
     )
 
 
 def _above(
     rows: Rows, first: int, layout: Layout, is_number: IsNumber
 ) -> tuple[int | None, int | None]:
-    """Return the indices of the lines with names and units, from the bench or as detected."""
+    """Return the indices of the lines with names and units, from bench.yaml or as detected."""
     header, unit = labels_above(rows, first, is_number)
     if layout.unit_line is not None:
         unit = layout.unit_line - 1 if layout.unit_line else None

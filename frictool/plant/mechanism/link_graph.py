@@ -247,7 +247,7 @@ def groups_of(
 def loose_parts(
     links: Sequence[tuple[int, int]], anchored: set[int], count: int
 ) -> list[list[int]]:
-    """Return the connected parts of the mechanism that contain no block of `anchored`.
+    """Return the connected parts of the mechanism that contain none of the blocks `anchored`.
 
     `links`: pairs of blocks that a link of any kind connects. `count`: number of blocks.
     """

@@ -121,7 +121,7 @@ class Stops(NamedTuple):
 
 
 class PackedDrives(NamedTuple):
-    """Drives of the sources (u,), each acting on `block`."""
+    """Drives of the sources (u,); source i acts on block `block`[i]."""
 
     block: IntVector
     constant: Vector  # effort per unit of the drive; 1 if the drive is an effort
