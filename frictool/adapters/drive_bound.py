@@ -1,4 +1,4 @@
-"""Shortest step response that a bench's drive allows, for the fastest and the slowest plant."""
+"""Shortest step response that the drive of a rig allows, for its fastest and slowest plants."""
 
 from __future__ import annotations
 

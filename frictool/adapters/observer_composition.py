@@ -142,7 +142,6 @@ def _largest(friction: FrictionMap) -> float:
 
 
 def _cells(modes: list[Mode]) -> tuple[SlipMode, ...]:
-    """Return the modes in the order of position; a mode without a range is valid everywhere."""
     ordered = sorted(modes, key=lambda mode: mode.over[0] if mode.over is not None else -math.inf)
     rows = [tuple(row[0] for row in mode.gains) for mode in ordered]
     highs = [mode.over[1] if mode.over is not None else math.inf for mode in ordered]

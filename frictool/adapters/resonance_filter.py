@@ -39,13 +39,11 @@ def _filter(resonances: Resonances, end: int | None) -> Lti:
 
 
 def _pair(one: Oscillation, end: int | None) -> np.ndarray:
-    """Return the coefficients of 1 + 2 damping s/w + s^2/w^2, w in rad/s, highest power first."""
     w = one.rad_s if end is None or one.interval_rad_s is None else one.interval_rad_s[end]
     return np.array([1.0 / w**2, 2.0 * one.damping / w, 1.0])
 
 
 def _reals(frequencies: tuple[float, ...]) -> list[np.ndarray]:
-    """Return the factors 1 + s/w for the frequencies w [rad/s], multiplied in pairs."""
     factors = [np.array([1.0 / w, 1.0]) for w in frequencies]
     return [
         np.polymul(*factors[k : k + 2]) if len(factors[k : k + 2]) == 2 else factors[k]
@@ -54,7 +52,6 @@ def _reals(frequencies: tuple[float, ...]) -> list[np.ndarray]:
 
 
 def _section(numerator: np.ndarray, denominator: np.ndarray) -> Lti:
-    """Return a proper transfer function in controllable form, with states of similar size."""
     n = len(denominator) - 1
     top = np.concatenate([np.zeros(n + 1 - len(numerator)), numerator]) / denominator[0]
     below = denominator / denominator[0]

@@ -1,4 +1,4 @@
-"""Firmware of a bench's servo, and its pendulum, as records for the engine."""
+"""Smart servo of bench.yaml, its firmware and its pendulum, as records for the engine."""
 
 from __future__ import annotations
 

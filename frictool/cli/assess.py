@@ -1,4 +1,4 @@
-"""`frictool assess`: parameters that could be identified on a bench, before any measurement."""
+"""`frictool assess`: parameters that could be identified on a rig, before any measurement."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def json_type(name: str) -> Any:
 def json_format_schema(name: str) -> dict[str, Any]:
     """Return the JSON Schema of a format, such as "report/2".
 
-    The schema allows further keys, because later releases may add keys.
+    The schema allows additional keys, because later releases may add keys.
     """
     schema = msgspec.json.schema(json_type(name))
     for one in schema["$defs"].values():

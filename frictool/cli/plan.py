@@ -1,4 +1,4 @@
-"""`frictool plan`: the next test with which a bench should be commissioned."""
+"""`frictool plan`: design of the next test for the commissioning of a rig."""
 
 from __future__ import annotations
 

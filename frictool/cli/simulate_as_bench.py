@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 def as_bench_log(
     model: Path, test: Path, noise: float | None, seed: int | None, output: Path
 ) -> Log:
-    """Simulate the test signals in the file `test` on the bench of a model; return the log.
+    """Simulate the test in the file `test` with the rig that `model` describes; return the log.
 
-    Raises UsageError for a mechanism, for whose bench no default gains exist.
+    Raises UsageError for a mechanism, because default gains exist for an axis only.
     """
     if is_mechanism(model):
         raise click.UsageError(

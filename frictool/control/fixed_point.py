@@ -277,7 +277,6 @@ class _Scaling:
         self.shifts[node.index] = (0, 0, common - self.fraction[node.index])
 
     def _word_interval(self, node: ProgramNode) -> Words:
-        """Return the interval of an operation's integer result; check each intermediate result."""
         if node.is_logical:
             for arg, shift in zip(node.args, self.shifts.get(node.index, (0, 0))[:2], strict=False):
                 if node.op in ("lt", "le"):

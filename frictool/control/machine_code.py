@@ -142,7 +142,6 @@ def _place(builder: ir.IRBuilder, memory: ir.Value, index: int) -> ir.Value:
 
 
 def _result(builder: ir.IRBuilder, operation: int, operands: list[ir.Value]) -> ir.Value:
-    """Return the result of an operation other than `dot`, rounded as in `run_values`."""
     a = operands[0]
     b = operands[-1]
     if operation in (op.ADD, op.SUB, op.MUL):

@@ -47,7 +47,6 @@ def check_solver() -> InstallationFinding:
 
 
 def _symmetric(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return k symmetric matrices (k, 2, 2) from their upper triangles `x` (k, 3)."""
     return np.stack(
         [np.stack([x[:, 0], x[:, 1]], axis=-1), np.stack([x[:, 1], x[:, 2]], axis=-1)], axis=-2
     )

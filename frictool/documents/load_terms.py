@@ -37,7 +37,8 @@ class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
 
     - `cycles`: Number of periods in the distance `per`.
     - `per`: Distance that contains `cycles` periods.
-    - `harmonics`: Up to 5 further ripple components, each stated as its number of periods in `per`.
+    - `harmonics`: Up to 5 additional ripple components, each stated as its number of periods in
+      `per`.
     """
 
     cycles: CyclesPerDistance

@@ -61,7 +61,7 @@ def to_yaml(document: msgspec.Struct) -> str:
     Parameters
     ----------
     document : msgspec.Struct
-        Any of the documents.
+        Document of any type.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def save(document: msgspec.Struct, path: Path | str) -> None:
     Parameters
     ----------
     document : msgspec.Struct
-        Any of the documents.
+        Document of any type.
     path : Path or str
         The file to write.
 

@@ -127,7 +127,10 @@ def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
 
 @kernel
 def is_curved(state: Vector, p: Vector, direction: float) -> bool:
-    """Return True if the friction at this state depends on position, or nonlinearly on speed."""
+    """Return True if the friction at this state depends on position, or nonlinearly on speed.
+
+    p: parameters with `AxisLaws`. The backlash must be closed.
+    """
     if abs(state[ax.VELOCITY]) < p[al.LAYER]:
         return True
     low, high = direction * p[al.MAP_LOW], direction * p[al.MAP_HIGH]
@@ -153,7 +156,8 @@ def is_straight(p: Vector, load: Vector) -> bool:
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
     """Return (a, b) such that the friction is Coulomb friction + a + b w + Stribeck term.
 
-    a is in N m | N, b in N m s/rad | N s/m.
+    a is in N m | N, b in N m s/rad | N s/m. w: speed [rad/s | m/s], whose speed range determines a
+    and b.
     """
     added = 0.0
     viscous = p[al.VISCOUS_PAIR + _side(direction)]

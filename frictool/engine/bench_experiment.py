@@ -40,7 +40,7 @@ def servo_effort(
 ) -> tuple[float, ServoMemory]:
     """Return the effort [N m | N] of the bench's position loop, and its state for the next sample.
 
-    servo (5,): `PositionServo`.
+    servo (5,): array of a `PositionServo`.
     """
     rate = (
         servo[REFERENCE_RATE] * (reference - memory.reference) - (measured - memory.measured)
@@ -98,10 +98,10 @@ def play_reference(
 ) -> int:
     """Simulate the axis under its position loop with the `reference` (n,); return a status.
 
-    axis: parameters (plant/axis.py). load: plant/position_load.py. `state` (7,) is changed in
-    place, `position` and `drive` (n,) are filled. servo (5,): `PositionServo`; its limit is not
-    applied, so that only the axis's drive limits the effort. engine/status_codes.py lists the
-    statuses.
+    axis: parameters (plant/axis.py). load: array of the load (plant/position_load.py). `state`
+    (7,) is changed in place, `position` and `drive` (n,) are filled. servo (5,): array of a
+    `PositionServo`; its limit is not applied, so that only the axis's drive limits the effort.
+    engine/status_codes.py lists the statuses.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)

@@ -58,10 +58,11 @@ def follow_reference(
 ) -> int:
     """Simulate the axis under its position loop with the `reference` (n,); return a status.
 
-    p: parameters (engine/effort_replay.py `replay_parameters`). load: plant/position_load.py.
-    `state` (7,) is changed in place; positions, velocities and efforts (n,) are filled. servo (5,):
-    `PositionServo`. start [N m | N]: first effort; if the loop has an integral gain, the initial
-    integral is computed from `start`. engine/status_codes.py lists the statuses.
+    p: parameters (engine/effort_replay.py `replay_parameters`). load: array of the load
+    (plant/position_load.py). `state` (7,) is changed in place; positions, velocities and efforts
+    (n,) are filled. servo (5,): array of a `PositionServo`. start [N m | N]: first effort; if the
+    loop has an integral gain, the initial integral is computed from `start`.
+    engine/status_codes.py lists the statuses.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

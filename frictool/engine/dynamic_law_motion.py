@@ -310,12 +310,12 @@ def run_dynamic(
 ) -> tuple[int, float]:
     """Simulate y = (x, v, q, z...), in place, from `start` [s] under successive drives.
 
-    ends (s,), drives (s, 10): drive i acts up to ends[i] [s]. kernels: `law_kernels`. laws: the
-    arrays forward, backward and table of a PackedExtension, then a workspace for the current
-    parameters; without an extension the last array contains the parameters of the law. moving:
-    number of leading elements of z with a differential equation; the others are memory. scales:
-    relative tolerance, reference speed [m/s], 0 (q has no error control), and a reference size for
-    each element of z. times (n,): ascending, within the run. samples (n, 5): filled.
+    ends (s,), drives (s, 10): drive i acts up to ends[i] [s]. kernels: result of `law_kernels`.
+    laws: the arrays forward, backward and table of a PackedExtension, then a workspace for the
+    current parameters; without an extension the last array contains the parameters of the law.
+    moving: number of leading elements of z with a differential equation; the others are memory.
+    scales: relative tolerance, reference speed [m/s], 0 (q has no error control), and a reference
+    size for each element of z. times (n,): ascending, within the run. samples (n, 5): filled.
 
     Returns a status of engine/status_codes.py and the time reached [s].
     """

@@ -127,11 +127,11 @@ def replay(
 ) -> int:
     """Simulate the axis under `effort` (n,) [N m | N] from `state` (7,), in place.
 
-    p: `replay_parameters`. load: plant/position_load.py. measured (n,): measured positions [rad |
-    m]. gains (2,): gains of the correction [-, 1/s]; `measured` is ignored if both are zero. Fills
-    positions and velocities (n,) at the samples. With a lag in p, the effort approaches the next
-    sample's value within each period; without a lag, it is constant within the period. Returns a
-    status of engine/status_codes.py.
+    p: result of `replay_parameters`. load: array of the load (plant/position_load.py). measured
+    (n,): measured positions [rad | m]. gains (2,): gains of the correction [-, 1/s]; `measured` is
+    ignored if both are zero. Fills positions and velocities (n,) at the samples. With a lag in p,
+    the effort approaches the next sample's value within each period; without a lag, it is constant
+    within the period. Returns a status of engine/status_codes.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

@@ -6,8 +6,9 @@ The functions correspond to those of slip_events.py, but use a larger state:
                  at rest, the number of knees of the viscous friction below the speed
 
 The time at rest is measured from the stop, or from the start of a run that begins at rest; during
-slip it is the duration of the last rest. A pure delay of the film is not supported here, since each
-event would cause a further event after the delay; engine/fixed_step_laws.py supports such a delay.
+slip it is the duration of the last rest. A pure delay of the film is not supported here, since
+each event would cause another event after the delay; engine/fixed_step_laws.py supports such a
+delay.
 """
 
 from __future__ import annotations

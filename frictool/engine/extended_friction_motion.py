@@ -285,7 +285,6 @@ def _field(
 
 @inner_kernel
 def _step_error(h: float, slopes: Vector) -> float:
-    """Return the largest error of velocity, film velocity and position/h [m/s | rad/s]."""
     return max(
         local_error(1, h, slopes), max(local_error(3, h, slopes), local_error(0, h, slopes) / h)
     )

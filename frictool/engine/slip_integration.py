@@ -74,7 +74,6 @@ class _Slip(NamedTuple):
 
 @inner_kernel
 def _acceleration(slip: _Slip, t: float, y: float, w: float) -> float:
-    """Return the acceleration t [s] after the slip's start, at distance y and speed w."""
     state, command, p, direction, law, line = slip
     x = state[ax.POSITION] + direction * y
     if law[DRIVING] > 0.0:

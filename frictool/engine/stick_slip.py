@@ -224,10 +224,6 @@ def _segment(
     events: Vector,
     happened: int,
 ) -> tuple[int, float, int, int]:
-    """Simulate the motion under one drive up to `end` [s].
-
-    Returns status, time reached [s], number of samples and number of events.
-    """
     body, drive = driven.body, driven.drive
     piece = np.zeros((4, TERMS))
     probe = np.zeros(TERMS)

@@ -205,7 +205,6 @@ def _trees(
 
 
 def _tied(blocks: tuple[str, ...], links: list[LinkEquations]) -> list[list[str]]:
-    """Return the groups of blocks that links connect, in the document's order."""
     group = {block: [block] for block in blocks}
     for link in links:
         kept, joined = sorted((group[link.a], group[link.b]), key=len, reverse=True)

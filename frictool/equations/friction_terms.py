@@ -37,7 +37,6 @@ def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[T
 
 
 def _fall(symbols: dict[str, Term], speed: Term) -> Term:
-    """Return the Stribeck term (F_s - F_c) exp(-|v/v_s|^delta) of the friction, thesis (2.34)."""
     over = speed.times(symbols["stribeck_velocity"].inverse())
     breakaway, coulomb, delta = (
         symbols["breakaway"],

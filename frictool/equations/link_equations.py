@@ -195,7 +195,6 @@ def _within(name: str, b: str, notation: Notation, play: Term) -> Condition:
 
 
 def _pressed(name: str, b: str, notation: Notation, play: Term) -> Condition:
-    """Return the contact condition of a compliant link with backlash."""
     stretch, _ = notation.stretch("e", name, notation.kinds[b])
     taut, _ = notation.stretch("s", name, notation.kinds[b])
     ends = f"{taut.text} = {stretch.text} - {play.text} above, {stretch.text} + {play.text} below"

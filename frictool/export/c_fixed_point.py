@@ -202,7 +202,6 @@ def _integer(word: int) -> str:
 
 
 def _long(text: str) -> str:
-    """Return a C operand in 64 bits, with a cast if necessary."""
     return text if text.startswith(("shifted(", "raised(")) else f"(int64_t){text}"
 
 

@@ -41,7 +41,7 @@ class ExportResult(ResultView):
 
     `files`: name -> content.
     `vectors`: golden vectors; None if the language has none.
-    `more`: further lines for the text output.
+    `more`: additional lines for the text output.
     `target`: size and number of instructions of the code on the processor `target` of bench.yaml,
         if they were requested or bench.yaml has a `target`.
     """

@@ -128,7 +128,7 @@ class FmiVariable:
     kind : {"Float64", "Boolean", "Int64", "Enumeration"}
         Type of the variable.
     attributes : mapping of str to str
-        Further attributes of the variable's XML element.
+        Additional attributes of the variable's XML element.
     depends_on : tuple of int
         Value references of the inputs and parameters that determine the initial value of the
         variable.
@@ -177,7 +177,7 @@ class FmiUnit:
     enumerations: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
 
     def files(self) -> dict[str, bytes]:
-        """Return the unit (file name -> content)."""
+        """Return the files of the unit (file name -> content)."""
         name = c_identifier(self.name)
         sources = {**self.sources, f"fmi3_{name}.c": self.functions}
         files = {

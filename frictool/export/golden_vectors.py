@@ -302,7 +302,6 @@ def _settling_samples(controller: Controller) -> int:
 
 
 def _losses(bench: _VectorSequence) -> tuple[int, int]:
-    """Return (first row with the fault, row before which the programs restart)."""
     for fraction in (0.6, 0.3, 0.8):
         bench.move(bench.at(fraction), 30)
         bench.lose(bench.at(fraction), bench.hold_samples)

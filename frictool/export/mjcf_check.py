@@ -155,7 +155,6 @@ def _mujoco() -> ModuleType:
 
 
 def _record(log: Log) -> tuple[Vector, Vector, float]:
-    """Return position (n,) and effort (n,) before the log's first gap, and the sample period."""
     stream = log.main
     position, effort = log.require(stream, "position", "effort")
     steps = np.diff(stream.time)

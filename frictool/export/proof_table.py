@@ -60,8 +60,8 @@ def conversion_macros(
     """Return lines of C macros that convert inputs and drive to and from fixed-point words.
 
     For every input and the drive, macros state the number of fraction bits, the lowest and the
-    highest word. For every input, a macro also converts a constant in SI. Two further macros
-    convert encoder counts to the position's word, and the drive's word to thousandths of an A or V.
+    highest word. For every input, a macro also converts a constant in SI. Two more macros convert
+    encoder counts to the position's word, and the drive's word to thousandths of an A or V.
 
     `prefix`: begin of each macro's name.
     `step`: position per encoder count [rad | m].

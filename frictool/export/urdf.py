@@ -235,7 +235,6 @@ def _sdf_joint(path: Path, data: bytes, joint: XmlElement, values: Mapping[str, 
 
 
 def _appended(path: Path, data: bytes, parent: XmlElement, text: str) -> bytes:
-    """Return the file with `text` behind the last child of `parent`, with the same indentation."""
     if not parent.children:
         raise InputFileError(
             path, f"<{parent.name}> contains no element; complete it", line=parent.line

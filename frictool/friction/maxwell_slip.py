@@ -40,7 +40,6 @@ LIMIT, PULL, FIXED = 5, 6, 7
 
 @kernel
 def _loaded(force: float, v: float, limit: float) -> bool:
-    """Return True if the force on an element [N | N m] has reached the limit at which it slips."""
     return v != 0.0 and math.copysign(force, force * v) >= limit
 
 

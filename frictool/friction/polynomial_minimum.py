@@ -80,7 +80,6 @@ def _zeros(b: list[float]) -> list[float]:
 
 
 def _between(b: list[float], slope: list[float], first: float, last: float) -> float:
-    """Return the zero of the polynomial b, which is monotonic and changes sign in [first, last]."""
     below = _at(b, first) < 0.0
     x = 0.5 * (first + last)
     for _ in range(STEPS):

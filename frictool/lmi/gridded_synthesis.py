@@ -74,8 +74,8 @@ class GridSchedule:
 class GriddedSolution:
     """Solution of the gridded synthesis: coefficients x of X(r) and y of Y(r) in their `bases`.
 
-    X and Y solve the inequalities at `gamma` >= `optimum`, the smallest gamma. They belong to
-    plants as functions of the complex variable that `frame` defines, with the states x = t
+    X and Y solve the inequalities at `gamma` >= `optimum`, the smallest gamma. They are valid for
+    plants in the complex variable p that `frame` defines, and in the state coordinates x = t
     x_balanced. motions: corners of the rates (steps in discrete time) in the unit of time of
     `frame`. points: values of r at the final grid points. checked: number of points at which the
     inequalities were evaluated, including the finer grid.

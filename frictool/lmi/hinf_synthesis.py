@@ -9,10 +9,10 @@
 The plants are in continuous or discrete time. The solver's result is reliable only for a
 well-conditioned problem, whatever status the solver reports. Therefore the problem is solved
 several times. Each solution changes the coordinates and the scale of the next problem, so that R
-and S become nearly equal and diagonal, and gamma nearly one. Two further problems are solved at a
-gamma slightly above the optimum. The first minimises trace(R + S). The second limits this trace to
-TRACE_SLACK times its minimum and maximises b subject to [R bI; bI S] >= 0. [R I; I S] is then far
-from singular, which avoids very large coefficients of the controller.
+and S become nearly equal and diagonal, and gamma nearly one. Then two more problems are solved at
+a gamma slightly above the optimum. The first minimises trace(R + S). The second limits this trace
+to TRACE_SLACK times its minimum and maximises b subject to [R bI; bI S] >= 0. [R I; I S] is then
+far from singular, which avoids very large coefficients of the controller.
 
 For one plant, two Riccati equations give gamma, R and S (riccati_synthesis.py). If R and S violate
 the inequalities, the solver is used.
@@ -77,9 +77,9 @@ TRACE_SLACK = 1.5  # limit of trace(R + S) in the recentring, relative to the sm
 class LyapunovPair:
     """Lyapunov blocks R and S in the state coordinates x = t x_balanced.
 
-    R and S solve the inequalities at `gamma` for the plants as functions of the complex variable
-    that `frame` defines. If no pole region was requested, they also solve the inequalities of the
-    plants in s or z. `optimum` is the smallest gamma.
+    R and S solve the inequalities at `gamma` for the plants in the complex variable p that `frame`
+    defines. If no pole region was requested, they also solve the inequalities of the plants in s
+    or z. `optimum` is the smallest gamma.
     """
 
     r: Matrix

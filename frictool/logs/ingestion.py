@@ -96,8 +96,8 @@ def ingest(
     Parameters
     ----------
     paths : sequence of Path or str
-        Files of any format that frictool reads. The first file becomes `/axis`, each further file
-        `/axis/NAME`.
+        Files of any format that frictool reads. The first file becomes `/axis`, each other file
+        becomes `/axis/NAME`.
     target : Path or str
         File to write; after an error it is unchanged.
     bench : Bench, optional

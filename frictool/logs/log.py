@@ -1,6 +1,6 @@
 """Logs in memory.
 
-A `Log` has one `Stream` per time base: `/axis`, and `/axis/NAME` for each further instrument or
+A `Log` has one `Stream` per time base: `/axis`, and `/axis/NAME` for each additional instrument or
 simulated variant. A stream has a time vector in s and signals of the same length in SI. Signals
 have the names of the canonical log, such as `position`, `reference` or `current`.
 """

@@ -145,7 +145,7 @@ class LogAssembly:
 def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) -> LogAssembly:
     """Open the files of one log and return their streams.
 
-    The streams of the first file keep their topics. The first stream of each further file becomes
+    The streams of the first file keep their topics. The first stream of each other file becomes
     `/axis/STEM`, its other streams `/axis/STEM_NAME`. STEM is the file's name without suffix, or
     the name of the file's instrument in bench.yaml; NAME is the stream's name within the file.
 
@@ -280,7 +280,7 @@ def write(
 ) -> list[tuple[StreamHeader, TimeBase]]:
     """Write all streams within the window, and return their headers and time bases.
 
-    notes: further metadata records.
+    notes: additional metadata records.
     period_ns: sample period in ns to which all streams are resampled, as one stream; None for no
         resampling.
     tick: callback that receives the completed fraction, 0 to 1.

@@ -58,5 +58,5 @@ def rates_of(point: PlantPoint, centre: PlantPoint, form: Form = "exact") -> Axi
 
 
 def vertex_rates(box: Polytope, form: Form = "exact") -> tuple[AxisRates, ...]:
-    """Return `rates_of` for every vertex of the polytope, in order."""
+    """Return the rates of the plant at every vertex, in the order of the polytope's vertices."""
     return tuple(rates_of(point, box.centre, form) for point in box.vertices)

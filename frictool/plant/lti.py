@@ -29,7 +29,7 @@ class Lti:
 
     @property
     def order(self) -> int:
-        """Number of states."""
+        """Return the number of states."""
         return len(self.a)
 
     def transformed(self, t: Matrix) -> Lti:
@@ -49,7 +49,7 @@ class Lti:
 
     @property
     def stable(self) -> bool:
-        """True if every pole is inside the stability region of its time domain."""
+        """Return True if every pole is inside the stability region of the system's time domain."""
         poles = np.linalg.eigvals(self.a)
         return bool(np.all(np.abs(poles) < 1.0) if self.period else np.all(poles.real < 0.0))
 

@@ -41,7 +41,7 @@ class PlantPoint:
 
     @property
     def rates(self) -> AxisRates:
-        """Rates of this plant (thesis 5.48), without linearisation."""
+        """Return the rates of this plant (thesis 5.48), without linearisation."""
         return AxisRates(
             self.constant / self.inertia, self.viscous / self.inertia, self.coulomb / self.inertia
         )

@@ -141,15 +141,11 @@ class _State(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """State at a time [s] after the first command."""
-
     time: float
     state: _State
 
 
 class _Part(NamedTuple):
-    """Interval of a motion in which command and friction are constant."""
-
     start: _Point
     command: float
     end: _Point
@@ -216,7 +212,6 @@ def _point_at(axis: DrivenAxis, parts: list[_Part], time: float) -> _Point:
 
 
 def _passage(axis: DrivenAxis, parts: list[_Part], position: float) -> float:
-    """Return the time [s] at which a forward motion passes `position`."""
     start, command, end = next(
         (part for part in parts if part.end.state.position >= position), parts[-1]
     )
@@ -234,7 +229,6 @@ def _ahead(position: float, state: _State) -> float:
 
 
 def _advanced(axis: DrivenAxis, start: _State, command: float, time: float) -> _State:
-    """Return the state after `time` [s] of constant command and friction, in closed form."""
     effort = start.effort if axis.lag > 0.0 else command
     damped = axis.viscous / axis.inertia * time
     lagged = time / axis.lag if axis.lag > 0.0 else math.inf
@@ -253,14 +247,12 @@ def _advanced(axis: DrivenAxis, start: _State, command: float, time: float) -> _
 
 
 def _mean(exponent: float) -> float:
-    """Return the mean of exp(-z) for z from 0 to `exponent`."""
     if exponent == 0.0:
         return 1.0
     return -math.expm1(-exponent) / exponent
 
 
 def _second(first: float, second: float) -> float:
-    """Return the second divided difference of exp at the points 0, -first and -second."""
     if math.isinf(second):
         return 0.0
     if abs(second - first) > NEARLY_EQUAL * (1.0 + second):

@@ -69,7 +69,7 @@ class TextTable:
     - headings: one heading per column, or none
     - names: number of columns at the left that contain names and are left-aligned; the other
       columns contain values and are right-aligned. If None, all columns are left-aligned
-    - left_out: number of further rows that are not in the table
+    - left_out: number of additional rows that are not in the table
     - notes: explanations of headings and cells, one per line below the table
     """
 

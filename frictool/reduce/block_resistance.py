@@ -93,7 +93,6 @@ def curve_at(curves: Curves, number: int, x: Vector) -> Vector:
 
 
 def _loads(packed: PackedMechanism, block: int, x: Vector) -> tuple[Vector, float]:
-    """Return the load S (n,) at x (n,), and the damping of the springs between block and frame."""
     load = np.zeros_like(x)
     damping = 0.0
     couplings, pushes = packed.couplings, packed.pushes

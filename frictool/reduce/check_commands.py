@@ -122,7 +122,6 @@ def _fast(one: OneInertia) -> float:
 
 
 def _resisting(one: OneInertia, positions: Vector, direction: float) -> tuple[Vector, Vector]:
-    """Return (friction plus load) (n,) against the motion in `direction`: in slip, and at rest."""
     side = one.forward if direction > 0.0 else one.backward
     load = direction * one.residual.at(positions)
     slip, rest = (

@@ -152,7 +152,6 @@ def middle(mechanism: Mechanism) -> np.ndarray:
 
 
 def _difference(before: Mechanism, after: Mechanism, bandwidth: float) -> tuple[float, float]:
-    """Return the relative error of the gain, and the error of the phase [rad], at the bandwidth."""
     source, sensor = controlled_names(before)
     one, other = (
         complex(

@@ -192,7 +192,6 @@ def expressed(here: MechanismView) -> Mechanism:
 
 
 def _reference(mechanism: Mechanism, on: str) -> str:
-    """Return the source's block or, with lossy links, the rotary block nearest to the source."""
     here = view(mechanism, on)
     if here.assembled.kinds[here.root] == "rotary" or all(link.lossless for link in here.links):
         return on
@@ -229,7 +228,6 @@ def _link(here: MechanismView, name: str, link: Link) -> dict[str, Link]:
 
 
 def _between(here: MechanismView, one: Connection, link: Link) -> Link:
-    """Return a coupling if the link has no loss, else a gear of ratio 1 with both efficiencies."""
     names = here.assembled.blocks
     ends, frame = (names[one.a], names[one.b]), here.frame(names[one.b])
     compliance = _compliance(one, frame, getattr(link, "compliance", None))
@@ -276,7 +274,6 @@ def _compliance(
 
 
 def _backlash(one: Connection, frame: CoordinateFrame, stated: Backlash | None) -> Backlash | None:
-    """Return the backlash's full width in the coordinate of the frame, with its interval."""
     if stated is None:
         return None
     width = frame.width(scaled(stated.width, 2.0 * one.gap / stated.width.value, ""))
@@ -314,7 +311,6 @@ def _one_body(here: MechanismView, blocks: list[str]) -> bool:
 
 
 def _bench_keys(here: MechanismView) -> dict[str, Span | Quantity]:
-    """Return travel and top speed, converted from the coordinate of the controlled sensor."""
     document = here.document
     values = dict[str, Span | Quantity]()
     sensor = controlled_names(document)[1]

@@ -90,7 +90,6 @@ class CoordinateFrame:
         return Level(Series(positions, self._unit("position")), factors)
 
     def _points(self, positions: Ends, values: Ends) -> tuple[Ends, Ends]:
-        """Convert positions to the frame; return them in rising order, each with its value."""
         order = -1 if self.ratio < 0.0 else 1
         return tuple((value - self.offset) / self.ratio for value in positions)[::order], values[
             ::order

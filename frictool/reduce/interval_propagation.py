@@ -60,7 +60,6 @@ def at(node: Any, path: Path, value: float) -> Any:
 
 
 def _together(intervals: Uncertain) -> list[Uncertain]:
-    """Group the Coulomb friction and the breakaway of each element, which change together."""
     sets: dict[Path, list[tuple[Path, Quantity]]] = {}
     for path, one in intervals:
         joined = path[-2:] in (("parameters", "coulomb"), ("parameters", "breakaway"))

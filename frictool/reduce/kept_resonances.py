@@ -48,13 +48,11 @@ def _between(link: object) -> bool:
 
 
 def _poles(system: Lti) -> list[complex]:
-    """Return all poles except the two poles of the rigid-body motion."""
     values = sorted(np.linalg.eigvals(system.a), key=abs)
     return [complex(value) for value in values[2:]]
 
 
 def _zeros(system: Lti) -> list[complex]:
-    """Return the finite zeros, the generalised eigenvalues of the system's pencil."""
     n = system.order
     fastest = float(np.max(np.abs(np.linalg.eigvals(system.a))))
     count = n // 2

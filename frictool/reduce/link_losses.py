@@ -156,7 +156,6 @@ def _lossless(mechanism: Mechanism, name: str) -> Coupling:
 
 
 def _deepest_first(mechanism: Mechanism, root: str) -> list[str]:
-    """Return the names of lossy rigid links; the link farthest from the root comes first."""
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
     seen = _seen(assembled, root)
@@ -174,7 +173,6 @@ def _seen(assembled: AssembledMechanism, root: str) -> Mapping[int, BlockMotion]
 def _placed(
     assembled: AssembledMechanism, name: str, root: str
 ) -> tuple[Connection, list[int], bool]:
-    """Return the link, the blocks on its far side, and True if end `a` is nearer to the root."""
     link = next(one for one in connections(assembled) if one.name == name)
     seen = _seen(assembled, root)
     beyond = [number for number, one in seen.items() if name in {step.name for step in one.by}]

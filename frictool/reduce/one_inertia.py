@@ -90,7 +90,7 @@ class OneInertia:
     inertia: inertia or mass of all blocks.
     inner: inertia or mass that moves while the backlash is open.
     viscous: coefficient of viscous friction.
-    residual: law of the load that friction does not hold.
+    residual: law of the part of the load that the friction curves do not include.
     inside: Coulomb friction while the backlash is open.
     positions: positions (n,) at which the curves of friction are evaluated.
     restitution: coefficient of restitution of the end stops that are not behind backlash.
@@ -174,7 +174,8 @@ def one_inertia(
     turns: likely values of `number`.
     number: angular wave number of the load's harmonic (residual_load.py); None if unknown.
 
-    Raises NoSolutionError if no model.yaml can describe the load that friction does not hold.
+    Raises NoSolutionError if no load law of model.yaml leaves a remaining load that friction can
+    hold.
     """
     root, sensor_block = mechanism.sources[source].on, mechanism.sensors[sensor].on
     stiff = lump_rigid_links(stiffened(mechanism), root)[0]
@@ -312,7 +313,6 @@ def stiffened(mechanism: Mechanism) -> Mechanism:
 def _met(
     mechanism: Mechanism, x: Vector, behind: Mapping[str, float], direction: float
 ) -> NDArray[np.bool_]:
-    """Return a mask (n,), True where all blocks behind the backlash are within their travel."""
     grid = positions(mechanism)
     shift = 0.5 * direction * max(behind.values(), default=0.0)
     margin = 1e-9 * float(grid[-1] - grid[0])

@@ -158,14 +158,12 @@ def _chain(
 
 
 def _turns(whole: Mechanism, source: str, there: CoordinateFrame) -> tuple[float, ...]:
-    """Return the rotation [rad] of each rotary block per unit of motion of the sensor's block."""
     here = from_reference(whole, source)
     frames = [here.frame(name) for name in here.assembled.blocks]
     return tuple(abs(frame.ratio / there.ratio) for frame in frames if frame.block_axis == "rotary")
 
 
 def _one_command(whole: Mechanism, source: str) -> None:
-    """Raise NoSolutionError if a source other than `source` is commanded, too."""
     others = [
         name for name, one in whole.sources.items() if name != source and one.drive != "effort"
     ]

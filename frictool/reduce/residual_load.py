@@ -1,4 +1,4 @@
-"""Load that friction does not hold, as a law of model.yaml in the reduced coordinate x [rad | m].
+"""Law of model.yaml for the load that friction cannot hold, in the reduced coordinate x [rad | m].
 
     load(x) = offset + stiffness x + sine sin(number x) + cosine cos(number x)
 
@@ -105,7 +105,6 @@ def fit_residual_load(
 def _laws(
     x: Vector, mean: Vector, turns: Iterable[float], known: float | None
 ) -> Iterator[ResidualLoad]:
-    """Yield the laws to try: first a known harmonic, then other laws from simple to general."""
     if known:
         yield _harmonic(x, mean, known)
     yield ResidualLoad()
@@ -129,14 +128,12 @@ def _line(x: Vector, mean: Vector, degree: int) -> ResidualLoad:
 
 
 def _harmonic(x: Vector, mean: Vector, number: float) -> ResidualLoad:
-    """Return the harmonic with wave number `number`, fitted by least squares to `mean` at x."""
     columns = np.column_stack([np.ones_like(x), np.sin(number * x), np.cos(number * x)])
     offset, sine, cosine = (float(one) for one in np.linalg.lstsq(columns, mean)[0])
     return ResidualLoad(offset, 0.0, number, sine, cosine)
 
 
 def _numbers(x: Vector) -> tuple[float, float]:
-    """Return the smallest and the largest wave number that the positions x resolve."""
     return LEAST_TURN / float(x[-1] - x[0]), 2.0 * math.pi / (
         POINTS_PER_CYCLE * float(np.median(np.diff(x)))
     )
@@ -178,8 +175,6 @@ def _short(one: ResidualLoad, x: Vector, mean: Vector, half: Vector) -> float:
 
 
 def _rounded(one: ResidualLoad, scale: float, x: Vector) -> ResidualLoad:
-    """Return the law without the terms that are negligible compared with the largest load."""
-
     def kept(value: float, reach: float = 1.0) -> float:
         return 0.0 if abs(value) * reach < NOTHING * scale else value
 

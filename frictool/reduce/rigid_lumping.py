@@ -93,7 +93,6 @@ def added(one: Quantity, other: Quantity) -> Quantity:
 
 
 def _moved(link: Link, into: Mapping[str, str]) -> Link | None:
-    """Return the link between the merged blocks; None if both ends are now the same block."""
     if not hasattr(link, "between"):
         return msgspec.structs.replace(link, on=into[link.on])
     ends = tuple(end if end == GROUND else into[end] for end in link.between)

@@ -171,7 +171,6 @@ def _displacements(
 
 
 def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
-    """Return the number of samples before the position leaves the travel, widened by ROOM."""
     if travel is None:
         return len(positions)
     outside = np.flatnonzero((positions < travel[0] - ROOM) | (positions > travel[1] + ROOM))
@@ -240,7 +239,6 @@ def _refused(
 
 
 def _inertia_bounds(report: StepReport, chain: ReductionChain) -> str:
-    """Return the bounds of the reflected inertia as text; "" if no interval contains both."""
     if report.covered is None:
         return ""
     least, most = (

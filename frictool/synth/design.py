@@ -210,7 +210,6 @@ def _beyond(
 def _certificate(
     posed: SynthesisProblem, controller: stored.Controller
 ) -> tuple[Certificate | None, tuple[ProvedBound, ...], tuple[str, ...]]:
-    """Return the certificate, its proved bounds, and notes; None if a loop is unstable."""
     weights = certified_weights(posed.weights) if posed.weighs else SENSITIVITY
     box = Box(**enclosing_box(posed.box.vertices))
     try:

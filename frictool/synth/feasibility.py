@@ -1,4 +1,4 @@
-"""Check before the design for requirements that no controller can meet on this bench.
+"""Check before the design for requirements that no controller can meet on this rig.
 
 The rest bands of a design are compared with the encoder and the specification. The specified times
 are compared with the shortest time of a step (plant/time_optimal.py): the drive accelerates and
@@ -166,7 +166,6 @@ def _response(model: Model, spec: Spec) -> ShortestTime:
 
 
 def _rise(axis: DrivenAxis, length: float) -> float:
-    """Return the shortest rise time [s] of an axis that is driven at full effort without lag."""
     at_once = replace(axis, lag=0.0)
     low, high = (shortest_time(at_once, StepZone(share * length, math.inf)) for share in RISE)
     return high - low

@@ -99,8 +99,6 @@ def rst(problem: SynthesisProblem) -> ControllerCandidate:
 
 
 class _PlacementSearch:
-    """Search for the pole placement (`PlacementRule`) with the best controller."""
-
     def __init__(self, problem: SynthesisProblem) -> None:
         self.problem = problem
         self.period = problem.period if problem.sampled else 0.0

@@ -187,7 +187,6 @@ class StructuredController:
         )
 
     def _continuous(self, parameters: Vector) -> Lti:
-        """Return the controller in continuous time: integrator, if any, plus a stable system."""
         factors = self.factors(parameters)
         above = self.gain * parameters[self.free :][::-1]
         for factor in factors:

@@ -61,7 +61,6 @@ def as_lti(system: Any, period: float) -> Lti:
 
 
 def _matrices(system: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Any]:
-    """Return a, b, c, d and the period, which is None or 0 for continuous time."""
     if isinstance(system, Lti):
         return system.a, system.b, system.c, system.d, system.period
     if hasattr(system, "num_list"):  # TransferFunction of python-control, without its import

@@ -13,8 +13,8 @@ from frictool.verify.proved_bound import ProvedBound
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
     """Return the closed loop that the certificate of a controller document bounds.
 
-    The loop contains the bench's delay, the lag of the drive, and the coefficients that run on the
-    target. Raises NoSolutionError if the loop feeds back the speed estimate of an observer.
+    The loop contains the computational delay, the lag of the drive, and the coefficients that run
+    on the target. Raises NoSolutionError if the loop feeds back the speed estimate of an observer.
     """
     return CertificateLoop(
         controller=controller.linear.discrete,

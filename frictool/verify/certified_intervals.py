@@ -37,12 +37,12 @@ def differences(
 
 
 def model_differences(controller: Controller, model: Model) -> tuple[str, ...]:
-    """Return a phrase for each property of `model` for which the controller was not verified."""
+    """Return a phrase for each property of `model` that the verification does not cover."""
     return differences(controller, facts_of(model.bench, model), intervals(model))
 
 
 def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
-    """Return a phrase for each property of `bench` for which the controller was not verified."""
+    """Return a phrase for each property of `bench` that the verification does not cover."""
     ours = controller.bench.actuator.drive
     theirs = bench.actuator.drive
     if ours != theirs:

@@ -24,13 +24,13 @@ def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
 
 
 def check_box(controller: Controller) -> None:
-    """Check that the document's parameter intervals contain its vertices and the bench's intervals.
+    """Check that a document's parameter intervals contain its vertices and the bench's ranges.
 
     Raises
     ------
     NoSolutionError
-        If a vertex or an interval of the bench is not within the document's intervals, or if the
-        document has no vertex.
+        If a vertex, or a range in the document's bench, is not within the document's intervals, or
+        if the document has no vertex.
     """
     vertices = vertex_points(controller)
     holder = (

@@ -65,7 +65,6 @@ def feedback_polynomials(loop: CertificateLoop) -> FeedbackPolynomials:
 
 
 def _filter(speed: SpeedFeedback, period: float) -> tuple[Polynomial, Polynomial]:
-    """Return numerator and denominator of the speed filter, with the coefficients of the target."""
     passed, filtered = [Fraction(1)], [Fraction(1)]
     bandwidth = speed.velocity.bandwidth_rad_s
     if bandwidth:

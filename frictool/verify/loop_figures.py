@@ -87,8 +87,8 @@ class LinearLoops:
     def plant(self, rates: AxisRates, *, sampled: bool = True) -> GeneralisedPlant:
         """Return the weighted plant for the `rates` of an axis.
 
-        sampled: True for a sampled plant with the bench's delay, False for a continuous plant
-        without delay. `weights` must not be None.
+        sampled: True for a sampled plant with the computational delay, False for a continuous
+        plant without delay. `weights` must not be None.
         """
         assert self.weights is not None
         controlled: Controlled = "position" if self.structure == "position" else "speed"
@@ -189,7 +189,7 @@ class LinearLoops:
 
 
 def delays_checked(delay: int) -> tuple[int, ...]:
-    """Return the delays at which every loop is checked [samples]: 0, 1 and that of the bench."""
+    """Return the delays at which every loop is checked [samples]: 0, 1 and `delay`."""
     return tuple(sorted({0, 1, delay}))
 
 

@@ -174,7 +174,6 @@ def sensitivity(
 
 @kernel
 def _solve(matrix: NDArray[np.complex128], right: ComplexVector) -> bool:
-    """Solve matrix x = right in place by elimination; return False if the matrix is singular."""
     n = right.shape[0]
     for k in range(n):
         best = k
@@ -235,7 +234,6 @@ def _by_matrices(loop: tuple[Matrix, Vector, Vector], point: complex) -> float:
 
 @kernel
 def _with_angles(grid: Vector, poles: ComplexVector) -> Vector:
-    """Return the angles of `grid` (k,) and the magnitudes of the poles' angles (n,), sorted."""
     count = grid.shape[0]
     angles = np.empty(count + poles.shape[0])
     for k in range(count):

@@ -44,7 +44,8 @@ class ModelCheck:
 def check_model(controller: Controller, model: Model) -> ModelCheck:
     """Return the margins of the controller's loops at the corners of the model's intervals.
 
-    The intervals contain those of the model and those of the model's bench.
+    Each interval is the hull of the parameter's interval in the model and its range in the model's
+    bench.
 
     Raises
     ------

@@ -154,7 +154,6 @@ def _digested(merged: Controller, source: Controller) -> Controller:
 
 
 def _certificate(controller: Controller) -> Certificate | None:
-    """Return the certificate without its bounds, and with the reason why they are missing."""
     if controller.certificate is None:
         return None
     return msgspec.structs.replace(

@@ -10,11 +10,12 @@ y is the measured position, u the drive, T the period, and v^ the estimated spee
 The observer uses only the difference of measured and estimated position. A common shift of both
 positions is therefore not a state of the speed loop.
 
-The linear system of a tracking observer is corrected by the whole difference. This is a good
-approximation for motion over many counts. (Within its dead zone the observer makes no correction,
-and the estimated speed follows the model.) A switched observer has one system per mode in slip; the
-loop with each system is checked. Dry friction and offset are constant in slip; backlash and the
-speed dependence of the viscous coefficient are left out.
+The linear system of a tracking observer is corrected by the whole difference of measured and
+estimated position, without the dead zone. This is a good approximation for motion over many
+counts. (Within its dead zone the observer makes no correction, and the estimated speed follows the
+model.) A switched observer has one system per mode in slip; the loop with each system is checked.
+Dry friction and offset are constant in slip; backlash and the speed dependence of the viscous
+coefficient are left out.
 """
 
 from __future__ import annotations
@@ -158,7 +159,6 @@ def _with_drive(observer: Observer, system: Lti) -> Lti:
 
 
 def _mean(lag: float, period: float) -> Lti:
-    """Return the system from the delayed drive to the mean drive over a sample, after the lag."""
     if lag == 0.0:
         return Lti(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1)), period)
     left = math.exp(-period / lag)

@@ -1,8 +1,9 @@
 """Fast modulus margins of a controller's sampled loops, for the thousands of plants of a campaign.
 
-The margin is 1/max |1/(1 + L)|; verify/feedback_loops.py defines the loop gain L, here with the
-bench's delay. Compiled kernels assemble the matrices of the closed loop. The eigenvectors of the
-closed loop give the gain at many frequencies in one call, from which the kernels refine the peak.
+The margin is 1/max |1/(1 + L)|; verify/feedback_loops.py defines the loop gain L, which includes
+the computational delay. Compiled kernels assemble the matrices of the closed loop. The
+eigenvectors of the closed loop give the gain at many frequencies in one call, from which the
+kernels refine the peak.
 """
 
 from __future__ import annotations

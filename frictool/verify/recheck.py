@@ -98,9 +98,9 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
     Raises
     ------
     NoSolutionError
-        If a bound is missing or not proved, the certificate's intervals do not contain the bench's
-        intervals, a loop is unstable or has less than the specified margin, or the stored forms
-        of the linear controller differ.
+        If a bound is missing or not proved, the certificate's intervals do not contain the
+        parameter ranges of the bench, a loop is unstable or has less than the specified margin, or
+        the stored forms of the linear controller differ.
     FrictoolError
         If the axis, drive or timing of the model's bench differs from that of the controller.
     """
@@ -126,9 +126,10 @@ def recheck(controller: Controller) -> None:
     Raises
     ------
     NoSolutionError
-        If the document's intervals do not contain the bench's intervals, a corner of the
-        certificate's intervals is not a vertex, a loop at a vertex is unstable or has less than the
-        specified margin, or a margin under `verified` differs from that of the coefficients.
+        If the document's intervals do not contain the parameter ranges of the bench, a corner of
+        the certificate's intervals is not a vertex, a loop at a vertex is unstable or has less
+        than the specified margin, or a margin under `verified` differs from that of the
+        coefficients.
     """
     check_document(controller, margins=True)
     check_box(controller)

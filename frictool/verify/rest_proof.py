@@ -150,7 +150,6 @@ def _stable_loop(certificate: Certificate) -> RestCheck:
 
 
 def _count_pulse(controller: Controller, limiter: Limiter, effort: float) -> float:
-    """Return the largest effort [N m | N] of the virtual friction after one encoder count."""
     if limiter.virtual_coulomb == 0.0 or controller.velocity.source == "measured":
         return 0.0
     period, velocity = controller.sample_period_s, controller.velocity

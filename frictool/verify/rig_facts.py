@@ -1,4 +1,4 @@
-"""Facts of a bench other than its plant parameters: timing, limits, encoder and springs.
+"""Facts in bench.yaml other than plant parameters: timing, limits, encoder and springs.
 
 A controller is verified for these facts. The facts are a mapping from the names in FACTS to numbers
 in SI units, so that a bench, a model, a mechanism and a log can be compared.
@@ -20,7 +20,7 @@ ROUNDING = 1e-9  # relative tolerance of facts and of interval ends
 
 
 class Fact(NamedTuple):
-    """Property of a bench: its name in messages, and its unit.
+    """Property of a rig that bench.yaml states: its name in messages, and its unit.
 
     `unit` is a unit, or a quantity such as `position` or `drive`, whose SI unit depends on the
     kind of axis or drive.

@@ -176,7 +176,6 @@ def _kernel_box(box: Box, period: float) -> KernelBox:
 
 
 def _surroundings(box: Box, period: float) -> tuple[Interval, Interval]:
-    """Return the smallest intervals of K T^2/J and sigma_v T/J for all plants of the box."""
     t = Fraction(period)
     inertia, constant = _ends(box.inertia), _ends(box.constant)
     rates = [end * t / j for end in _ends(box.viscous) for j in inertia]
@@ -247,7 +246,6 @@ def _lost(holds: HoldPolynomials, lag: float) -> float:
 
 
 def _charts(polynomial: Polynomial, scale: Fraction) -> ComplexVector:
-    """Return the coefficients (2, m + 1) of a polynomial in t, in chart 0 and in chart 1."""
     turns = (1.0 + 0j, 1j, -1.0 + 0j, -1j)  # i^j, exact
     values = [float(value * scale) for value in polynomial]
     row = [complex(x * turns[j % 4].real, x * turns[j % 4].imag) for j, x in enumerate(values)]

@@ -30,7 +30,8 @@ class JointTree(NamedTuple):
     """Tree of blocks that rigid joints and closed contacts connect, with work arrays.
 
     k, p: integers and floats of the compiled mechanism (array_layout.py). members: the tree's
-    blocks, root first, as indices in ORDER. modes, y: state.py. w: work array (workspace_rows.py).
+    blocks, root first, as indices in ORDER. modes, y: arrays of a `MechanismState` (state.py). w:
+    work array (workspace_rows.py).
     """
 
     k: IntVector

@@ -41,8 +41,6 @@ class JointForest(NamedTuple):
 
 
 class _SectionWriter:
-    """Writer of a mechanism's sections: integers to one array, floats to another."""
-
     def __init__(self) -> None:
         self.header = np.zeros(ly.HEADER, dtype=np.int64)
         self.whole: list[IntVector] = [self.header]
@@ -122,7 +120,6 @@ def forest_of(packed: PackedMechanism) -> JointForest:
 def _roots(
     first: int, near: list[list[tuple[int, int]]], joints: Any, stiff: NDArray[np.bool_]
 ) -> list[int]:
-    """Return candidate roots of a tree: `first`, and the driving ends of self-locking links."""
     reached = {first}
     stack = [(first, -1)]
     walked = []

@@ -2,7 +2,7 @@
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10. A
 slope is the derivative y' at a stage. A step has thirteen stages; the last slope is also the first
-slope of the next step. Three further stages give the dense output.
+slope of the next step. Three additional stages give the dense output.
 """
 
 from __future__ import annotations

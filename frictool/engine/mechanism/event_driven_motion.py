@@ -47,7 +47,6 @@ SHORTEST = 1e-15  # shortest step, relative to the time reached, or in s
 
 @bare_kernel
 def _is_settled(k: IntVector, state: MechanismState) -> bool:
-    """Return True if nothing moves and nothing will move until the command changes."""
     n = k[ly.BLOCKS]
     if k[ly.INNER] > 0 or k[ly.TIMED] > 0 or not is_steady(k, state.workspace.lines[st.INPUTS]):
         return False
@@ -59,7 +58,6 @@ def _is_settled(k: IntVector, state: MechanismState) -> bool:
 
 @bare_kernel
 def _change(error: float) -> float:
-    """Return (next step length)/(last step length); error: relative to the tolerance."""
     if error == 0.0:
         return GROWTH
     return (

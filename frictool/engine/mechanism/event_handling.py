@@ -115,7 +115,6 @@ def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> in
 def _meet_or_halt(
     k: IntVector, p: Vector, now: float, state: MechanismState, events: EventRows
 ) -> bool:
-    """Stop all trees whose root has reached speed 0; return True if flanks or stops collide."""
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     y = state.y
     modes = state.modes

@@ -126,7 +126,7 @@ def _smooth_crossing(
     low: float,
     high: float,
 ) -> float:
-    """Return the time at which a guard that is passed at `high` reaches the value `aim`.
+    """Return the time at which a guard falls to the value `aim`; it is passed at time `high`.
 
     The guard must have a rate (`_has_rate`).
     """

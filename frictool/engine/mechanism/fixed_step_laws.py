@@ -28,7 +28,6 @@ HELD, SLIPS = 0, 1  # modes of a law
 
 @bare_kernel
 def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int, float]:
-    """Return the root of the block's moving tree, and (speed of the block)/(speed of the root)."""
     n = k[ly.BLOCKS]
     i = block
     along = 1.0

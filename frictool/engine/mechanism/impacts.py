@@ -34,7 +34,6 @@ TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of positi
 
 @bare_kernel
 def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> float:
-    """Return the approach speed of two flanks on side +1 or -1, in the coordinate of block b."""
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, joint)
     a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
@@ -72,7 +71,8 @@ def _meet(
 ) -> None:
     """Resolve one impact of two groups.
 
-    The impulse is increased until one of the groups comes to rest, then further with the new rates.
+    The impulse is increased until one of the groups comes to rest, and then increased further with
+    the new rates of change.
     """
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, joint)

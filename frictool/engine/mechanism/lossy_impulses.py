@@ -38,8 +38,8 @@ def is_group_lossy(k: IntVector, p: Vector, group: int) -> bool:
 class Group(NamedTuple):
     """Group of rigidly joined blocks, with the block on which an impulse acts.
 
-    k, p: compiled mechanism (array_layout.py). group: first block of the group. w:
-    workspace_rows.py.
+    k, p: compiled mechanism (array_layout.py). group: first block of the group. w: work array with
+    the rows of workspace_rows.py.
     """
 
     k: IntVector

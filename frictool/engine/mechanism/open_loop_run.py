@@ -23,7 +23,7 @@ ROOM_FOR_EVENTS = 100_000
 class MechanismRun:
     """Result of a run at the `times` (m,); the first sample is the initial state.
 
-    status: engine/status_codes.py. Values after `reached` [s] are NaN. events: rows of
+    status: code of engine/status_codes.py. Values after `reached` [s] are NaN. events: rows of
     engine/mechanism/events.py. happened: number of events, which may exceed the rows of `events`.
     """
 

@@ -117,7 +117,6 @@ class MessageTable(LibraryTable):
                 first += len(rows)
 
     def _signals(self, frame: Any, losses: list[DataLoss] | None) -> dict[str, Any] | None:
-        """Return the signals of a frame; record a loss and return None if decoding fails."""
         try:
             decoded: dict[str, Any] = self.message.decode(frame.data, decode_choices=False)
         except Exception as error:  # cantools raises errors of many types

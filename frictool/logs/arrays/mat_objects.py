@@ -41,7 +41,6 @@ def open_objects(path: Path) -> Sequence[LibraryTable]:
 
 
 def _table(path: Path, topic: str, frame: Any) -> SeriesTable | None:
-    """Return the table of a data frame; None if it has no row or no column of numbers."""
     numbers = {str(name): frame[name].to_numpy() for name in frame if _kind(frame[name]) in "iufb"}
     dated = [(str(name), frame[name]) for name in frame if _kind(frame[name]) in TIMES]
     if _kind(frame.index) in TIMES:

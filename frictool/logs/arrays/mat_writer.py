@@ -52,7 +52,6 @@ def pieces(values: Mapping[str, Value]) -> Iterator[bytes]:
 
 
 def _matrix(name: str, value: Value) -> bytes:
-    """Return the bytes of a variable or, if `name` is empty, of a field of a structure."""
     if isinstance(value, Mapping):
         fields = {_field(key): inner for key, inner in value.items()}
         width = max(map(len, fields), default=0) + 1

@@ -204,7 +204,6 @@ class ParquetTable(LibraryTable):
 
 
 def _inside(batch: Any, path: str) -> Any:
-    """Return the array at a path such as `a.b`; it is null where an enclosing structure is null."""
     import pyarrow.compute as pc
 
     name = _first(batch.schema.names, path)

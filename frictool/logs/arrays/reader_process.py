@@ -162,7 +162,6 @@ def open_guarded(path: Path, opened: Open) -> tuple[GuardedTable, ...]:
 
 
 def _tables(send: Callable[[Any], None], path: Path, opened: Open) -> None:
-    """Send the descriptions of the tables to the parent."""
     kept = ("topic", "names", "units", "clock", "size", "others")
     send(("tables", [{name: getattr(one, name) for name in kept} for one in opened(path)]))
 
@@ -175,7 +174,6 @@ def _blocks(
     wanted: tuple[str, ...],
     salvage: bool,
 ) -> None:
-    """Send the rows of one table to the parent, each loss before the block that follows it."""
     losses: list[DataLoss] | None = [] if salvage else None
     for block, done in opened(path)[index].blocks(wanted, losses):
         _send_losses(send, losses)
@@ -269,7 +267,6 @@ def _processor_time(pid: int | None) -> float | None:
 def _run(
     connection: Connection, path: Path, work: Callable[..., None], arguments: tuple[Any, ...]
 ) -> None:
-    """Run `work` in the child without output, and send a message about any failure."""
     # the handler of the command line would wait for a hanging library
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _silence()

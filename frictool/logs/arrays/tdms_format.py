@@ -104,7 +104,6 @@ def _tables(path: Path, group: Any, damage: str | None) -> list[SeriesTable]:
 
 
 def _base(channel: Any) -> tuple[int, float | None, float, int]:
-    """Return (number of samples, increment [s], offset [s], start [ns since 1970]) of a channel."""
     properties = channel.properties
     increment = properties.get("wf_increment")
     start = properties.get("wf_start_time")

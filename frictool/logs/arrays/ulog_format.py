@@ -1,6 +1,6 @@
 """Reader of ULog, the log format of PX4, with pyulog (extra `ulog`).
 
-Each topic is a table, such as `esc_status`. A further instance of a topic is a separate table, such
+Each topic is a table, such as `esc_status`. A second instance of a topic is a separate table, such
 as `esc_status.1`. The field `timestamp` gives the times of the rows.
 """
 

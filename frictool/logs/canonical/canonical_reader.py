@@ -294,5 +294,4 @@ class CanonicalReader:
 
 
 def _columns(records: Records) -> tuple[Nanoseconds, NDArray[np.float64]]:
-    """Return the times (n,) of the records in ns, and the values (fields, n)."""
     return records["log_time"].astype(np.int64), np.ascontiguousarray(records["values"].T)

@@ -70,7 +70,7 @@ class MissingSamples:
 
         The statistics may count samples that are neither read nor recorded as lost. If exactly one
         loss has an unknown number of samples, these samples are assigned to it. Otherwise they are
-        recorded as further losses.
+        recorded as additional losses.
 
         counts: channel -> number of samples in the statistics.
         samples_read: channel -> number of samples read.

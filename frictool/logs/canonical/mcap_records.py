@@ -235,7 +235,6 @@ class FileRecords:
 
 
 def _is_header(body: bytes) -> bool:
-    """Return True if a body consists of two strings (profile, library), as in a header."""
     profile = int.from_bytes(body[:4], "little")
     library = int.from_bytes(body[4 + profile : 8 + profile], "little")
     return len(body) == 8 + profile + library

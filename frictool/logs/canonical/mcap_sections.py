@@ -162,7 +162,6 @@ def _batches(
 def _opened(
     batch: list[tuple[FileRecord | FileSection, int]],
 ) -> list[tuple[FileRecord | FileSection, int]]:
-    """Return the batch with its chunks decompressed and consecutive chunks joined."""
     opened: list[tuple[FileRecord | FileSection, int]] = []
     run: list[FileSection] = []
     end = 0

@@ -55,7 +55,7 @@ class CanonicalWriter:
 
     stream: binary output, which may be a pipe.
     heads: headers of the streams; `chunk` identifies a stream by its index in `heads`.
-    metadata: further metadata records, name -> key -> text.
+    metadata: additional metadata records, name -> key -> text.
     shift_ns: time in ns added to every time, so that no time is negative; readers subtract it.
     """
 
@@ -197,7 +197,6 @@ def write_streams(
 
 
 def _declarations(heads: tuple[StreamHeader, ...]) -> tuple[list[Schema], list[Channel]]:
-    """Return one schema per distinct set of fields, and one channel per stream."""
     schemas: dict[tuple[str, ...], Schema] = {}
     channels = []
     for number, head in enumerate(heads, start=1):

@@ -34,7 +34,7 @@ def bind(
     The table with the position becomes `/axis`. If no table has the position, the first table with
     a channel becomes `/axis`. The other tables with a channel become `/axis/NAME`.
 
-    stem: "" for the first file of a log. For a further file, its name without suffix: the file's
+    stem: "" for the first file of a log. For any other file, its name without suffix: the file's
         first stream becomes `/axis/STEM`, its other streams `/axis/STEM_NAME`.
     taken: topics already in use.
     lost: list to which a channel is added if its column is in the missing part of a truncated file;
@@ -88,7 +88,6 @@ def bind(
 
 
 def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int, str]:
-    """Return (index of the table with a channel's column, name of this column in the table)."""
     wanted = column.column
     source = tables[0].source
     if isinstance(wanted, int) and len(tables) > 1:
@@ -115,7 +114,6 @@ def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int
 
 
 def _time(table: RawTable, bench: Bench) -> ChannelColumns:
-    """Return the time column that bench.yaml names, if the table contains this column."""
     column = bench.columns.get("time")
     if column is None:
         return {}

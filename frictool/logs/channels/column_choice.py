@@ -252,7 +252,6 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
 
 
 def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
-    """Return True if a column whose name means a command may be a position command."""
     neutral = all(is_command(w) or w in NEUTRAL or w in UNITS for w in words(one.name))
     return neutral and (one.unit is None or names_motion(one.unit, axis))
 

@@ -268,7 +268,6 @@ def _message(error: LogError) -> str:
 
 
 def _liveliest_first(table: MemoryTable) -> list[str]:
-    """Return the column names; the joint with most changing columns comes first."""
     label = {name: match[1] if (match := LABEL.search(name)) else "" for name in table.columns}
     moving = Counter(label[name] for name, values in table.columns.items() if changes(values))
     return sorted(table.columns, key=lambda name: -moving[label[name]])

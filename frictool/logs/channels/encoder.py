@@ -100,7 +100,6 @@ class EncoderCounter:
         return counts
 
     def _too_long(self, steps: Vector, intervals: Vector) -> tuple[Vector, NDArray[np.bool_]]:
-        """Return (longest possible steps in counts (n,), mask (n,) of longer `steps`)."""
         if self._top_speed is not None:
             limit = allowance(self._top_speed, intervals, self._resolution)
             return limit, np.abs(steps) > limit

@@ -251,7 +251,6 @@ class ChannelMapper:
     def _in_order(
         self, block: RowBlock, rows: Rows, time: Nanoseconds, salvage: bool
     ) -> tuple[Rows, Nanoseconds, list[DroppedRows]]:
-        """Return the rows whose times increase, the times of these rows, and the dropped rows."""
         back = np.flatnonzero(time[1:] <= time[:-1]) + 1
         if time.size and self._last is not None and time[0] <= self._last:
             back = np.insert(back, 0, 0)
@@ -291,7 +290,6 @@ class ChannelMapper:
     def _counted(
         self, block: RowBlock, source: ChannelSource, rows: Rows, time: Nanoseconds, raw: Vector
     ) -> Vector:
-        """Return the unbounded counts (n,); raise LogError at a count that cannot occur."""
         bits = self._bench.encoder.wrap_bits
         if bits is None:
             allowed = "at most 2^53 counts"
@@ -310,7 +308,6 @@ def _in_counts(source: ChannelSource) -> bool:
 
 
 def _scale(table: RawTable, bench: Bench, channel: str, name: str, column: Column) -> UnitScale:
-    """Return the conversion of a channel to SI; raise LogError if the file states another unit."""
     unit = column.unit
     declared = table.units.get(name)
     dimension = CHANNEL_DIMENSIONS.get(channel, TIME)

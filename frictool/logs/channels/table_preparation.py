@@ -46,7 +46,6 @@ def prepare_tables(
 
 
 def _latched(table: RawTable, bench: Bench) -> RawTable:
-    """Return the table sampled at the period of bench.yaml; unchanged if it has this period."""
     time = None
     column = bench.columns.get("time")
     name = None if column is None else table.find(column.column)

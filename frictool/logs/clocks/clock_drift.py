@@ -202,7 +202,6 @@ def _lag(one: Vector, other: Vector) -> tuple[float, float]:
 
 
 def _small_lag(one: Vector, other: Vector) -> tuple[float, float]:
-    """Return (lag in samples, correlation) as `_lag` does, for a lag below one sample."""
     spread = float(np.std(one)) * float(np.std(other))
     if spread == 0.0:
         return 0.0, 0.0

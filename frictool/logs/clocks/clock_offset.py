@@ -108,7 +108,6 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
 
 
 def _fit(t: Vector, x: Vector, u: Vector, y: Vector, tau: float) -> tuple[float, Vector]:
-    """Return the gain b and the residual of y in the fit y(u) = a + b x(u - tau)."""
     shifted = np.interp(u - tau, t, x)
     shifted -= shifted.mean()
     power = float(shifted @ shifted)

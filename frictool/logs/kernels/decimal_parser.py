@@ -112,7 +112,6 @@ def _over_digits(text: NDArray[np.uint8], at: int, digits: np.uint64) -> tuple[i
 
 @kernel
 def _significant(text: NDArray[np.uint8], at: int, end: int) -> int:
-    """Return the number of digits from `at` to `end` after leading zeros."""
     count = 0
     for k in range(at, end):
         count += ZERO <= text[k] <= ZERO + 9 and (count > 0 or text[k] != ZERO)
@@ -121,7 +120,6 @@ def _significant(text: NDArray[np.uint8], at: int, end: int) -> int:
 
 @kernel
 def _exponent(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
-    """Return (exponent, index after it) of the exponent whose sign or digits begin at `at`."""
     down = text[at] == MINUS
     if down or text[at] == PLUS:
         at += 1

@@ -64,7 +64,6 @@ def days_of(year: int, month: int, day: int) -> int:
 
 @kernel
 def _one_or_two(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
-    """Return (number in the one or two digits at `at`, index after it); -1 without digits."""
     length = 2 if _whole(text, at, 2) >= 0 else 1
     return _whole(text, at, length), at + length
 

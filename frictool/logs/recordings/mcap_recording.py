@@ -203,7 +203,6 @@ class McapRecording:
         return "" if schema is None else schema.name
 
     def _look(self, stream: BinaryIO) -> None:
-        """Read the topics from the summary, if there is one, and from the first messages."""
         one = _McapPass(stream, self.size)
         self._summary(stream, one)
         left = {number for number, count in one.counts.items() if count}

@@ -42,7 +42,6 @@ def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
 
 
 def _add(pool: Any, files: dict[str, Any]) -> None:
-    """Add files of descriptors to a pool, each after the files on which it depends."""
     while files:
         name = next(
             (

@@ -278,7 +278,6 @@ def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[Topic
 
 
 def _stamps(paths: Mapping[str, None]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the path of each time stamp among `paths`, with the paths of its parts."""
     for stamp in STAMPS:
         for parts in STAMP_PARTS:
             named = tuple(f"{stamp}.{part}" for part in parts)

@@ -52,7 +52,6 @@ class Db3Recording:
         return bag
 
     def _missing(self) -> int:
-        """Return the number of bytes by which the file is shorter than its head declares."""
         with open_log(self._path) as stream:
             head = stream.read(100)
         page = int.from_bytes(head[16:18], "big")

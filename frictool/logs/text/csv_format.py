@@ -199,7 +199,6 @@ class CsvTable:
                 yield issue.row, DataLoss((), f"line {issue.line}: {message}", samples=1)
 
     def _ignored(self, issue: RowIssue) -> bool:
-        """Return True for a comment at the end of a row, or an expected last line without end."""
         if issue.kind == CUT:
             return self._whole or decoded(issue.text, self.layout.encoding) == self.layout.trailer
         columns = len(self.layout.names)

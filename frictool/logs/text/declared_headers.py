@@ -81,7 +81,6 @@ def declared_header(rows: Rows, number: Number, is_number: IsNumber) -> Declared
 
 
 def _keyed(rows: Rows, end: int) -> dict[str, Sequence[str]]:
-    """Return the rows before `end` by their first cells in lower case."""
     return {row[0].lower(): row for row in rows[:end] if row and row[0]}
 
 

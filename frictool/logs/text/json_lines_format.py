@@ -147,7 +147,6 @@ class JsonLinesTable:
             raise LogError(self.source, "has no rows")
 
     def _rows(self, stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
-        """Yield number and JSON text of each row: a line, or a sample of the document."""
         if self._document is None:
             yield from _lines(stream)
         else:
@@ -227,7 +226,6 @@ def _is_series(value: object) -> bool:
 
 
 def _dated(message: Mapping[str, object]) -> dict[str, str]:
-    """Return key -> value for the dates and times of day in an object."""
     return {
         key: value for key, value in message.items() if isinstance(value, str) and is_stamp(value)
     }

@@ -228,7 +228,6 @@ def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
 def _above(
     rows: Rows, first: int, layout: Layout, is_number: IsNumber
 ) -> tuple[int | None, int | None]:
-    """Return the indices of the lines with names and units, from bench.yaml or as detected."""
     header, unit = labels_above(rows, first, is_number)
     if layout.unit_line is not None:
         unit = layout.unit_line - 1 if layout.unit_line else None

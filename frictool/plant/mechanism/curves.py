@@ -63,7 +63,6 @@ def monotone_cubic(positions: Sequence[float], values: Sequence[float]) -> Piece
 
 
 def _slopes(x: Vector, y: Vector) -> Vector:
-    """Return the slopes at the points (x, y), 0 if the secants change sign there."""
     step = np.diff(x)
     secant = np.diff(y) / step
     if len(x) == 2:

@@ -265,7 +265,6 @@ def _push_slopes(assembled: AssembledMechanism, at: Vector) -> Vector:
 
 
 def _viscous(assembled: AssembledMechanism, at: Vector) -> Vector:
-    """Return the viscous coefficient (n,) of the friction on each block at the positions `at`."""
     frictions, curves = assembled.packed.frictions, assembled.packed.curves
     out = np.zeros(len(at))
     for k, (block, row) in enumerate(

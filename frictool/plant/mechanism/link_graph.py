@@ -41,7 +41,7 @@ class Transmission:
 
     @property
     def lossless(self) -> bool:
-        """True if no power is lost in the link."""
+        """Return True if no power is lost in the link."""
         return self.drive_loss == self.back_loss == self.thread == self.thesis_screw == 0.0
 
     @property
@@ -51,7 +51,7 @@ class Transmission:
 
     @property
     def rigid(self) -> bool:
-        """True if the link has no compliance; it may have backlash."""
+        """Return True if the link has no compliance; it may have backlash."""
         return self.stiffness is None
 
 
@@ -142,7 +142,6 @@ def without_loops(
 
 
 def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Sequence[str]) -> None:
-    """Raise ElementError for two self-locking links that both drive the same rigid group."""
     for one, other in itertools.combinations(links, 2):
         path = forest.way(one.a, other.a)
         if (

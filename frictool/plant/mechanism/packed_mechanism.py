@@ -55,7 +55,7 @@ class Curves(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """Rigid links (j,), with or without a gap, as in the module's equations."""
+    """Rigid links (j,), with or without a gap; the module docstring has their equations."""
 
     a: IntVector
     b: IntVector
@@ -70,7 +70,7 @@ class Joints(NamedTuple):
 
 
 class Couplings(NamedTuple):
-    """Compliant links (k,) as in the module's equations; block `a` may be FRAME."""
+    """Compliant links (k,); the module docstring has their equations. Block `a` may be FRAME."""
 
     a: IntVector
     b: IntVector
@@ -95,7 +95,7 @@ class Frictions(NamedTuple):
 
 
 class Pressings(NamedTuple):
-    """Friction of cams (p,): `coefficient` times the curve `force` of the block's position."""
+    """Friction of p cams: `coefficient` times the curve `force` at the position of the block."""
 
     block: IntVector
     force: IntVector  # curve

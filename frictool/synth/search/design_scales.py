@@ -1,4 +1,4 @@
-"""Scales of a bench and a specification, by which a candidate's parameters are made dimensionless.
+"""Scales of a rig and a specification, which make the parameters of a candidate dimensionless.
 
 dead time     T (1 + delay) + lag     T/2 of the hold, T/2 of the speed difference, delay, lag
 loop gain     K/J, largest and smallest
