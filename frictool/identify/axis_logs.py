@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from frictool.adapters.axis_model import load_law
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
-from frictool.identify.breakaway.onset_detection import is_ramp
+from frictool.identify.breakaway.onset_detection import is_ramp, why_unusable
 from frictool.identify.coast_down import drive_was_off
 from frictool.identify.constant_effort import without_constant_effort
 from frictool.identify.duplicate_logs import refuse_duplicates
@@ -38,6 +38,7 @@ class AxisLogs:
     - unmeasured: reason why the effort or the position of a sliding record is not a valid
       measurement; None if both are valid
     - drive_off: True if the drive was off in the sliding records (`coast_down.py`)
+    - unused_ramps: reason why a log of ramps is not one of `ramps`; None if there is no such log
     """
 
     sliding: list[MotionRecord]
@@ -50,6 +51,7 @@ class AxisLogs:
     warnings: tuple[str, ...]
     unmeasured: str | None
     drive_off: bool
+    unused_ramps: str | None
 
     def without_load(self, laws: Laws | None) -> AxisLogs:
         """Return the logs with the effort of the load `laws` subtracted in the ramps."""
@@ -78,6 +80,8 @@ def sort_logs(
     sliding = [record for record, ramp in zip(records, shown, strict=True) if not ramp]
     ramps = [*ramps, *(record for record, ramp in zip(records, shown, strict=True) if ramp)]
     kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
+    positioned = [record for record in sliding if record.velocity is None]
+    unused = [reason for record in positioned if (reason := why_unusable(record, bench))]
     unmeasured = None
     try:
         refuse_unmeasured(sliding, bench)
@@ -91,7 +95,17 @@ def sort_logs(
     rows = motion_rows(sliding, bench)
     off = drive_was_off(rows, bench)
     return AxisLogs(
-        sliding, ramps, rows, bench, method, settings, kinds, tuple(warnings), unmeasured, off
+        sliding,
+        ramps,
+        rows,
+        bench,
+        method,
+        settings,
+        kinds,
+        tuple(warnings),
+        unmeasured,
+        off,
+        unused[0] if unused else None,
     )
 
 

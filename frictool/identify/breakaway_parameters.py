@@ -51,7 +51,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     the same direction and the offset is unknown.
     """
     if not logs.ramps:
-        raise UnusableLogs(NO_RAMPS)
+        raise UnusableLogs(logs.unused_ramps or NO_RAMPS)
     for record in logs.ramps:
         if record.velocity is not None:
             raise UnusableLogs(

@@ -5,14 +5,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from frictool.engine.axis_motion import advance
 from frictool.identify.breakaway import onset_friction
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway
-from frictool.identify.breakaway.onset_detection import find_onsets, is_ramp
+from frictool.identify.breakaway.onset_detection import find_onsets, is_ramp, why_unusable
 from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.identification import identify_records
+from frictool.identify.methods import DEFAULT, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
 from studies.rigs.identification_rigs import clutch, mass_bench, record
@@ -68,6 +71,32 @@ def test_onsets_inside_the_backlash_are_left_out(log: MotionRecord) -> None:
     levels = np.array([onset.level for onset in find_onsets(log, clutch())])
     assert levels.min() > 0.09  # 0.055 N m +- offset inside the backlash
     assert len(find_onsets(log, clutch())) > 60
+
+
+def test_ramps_that_only_alternate_measure_nothing_beyond_the_backlash() -> None:
+    """A ramp after a reversal begins in the open backlash; without backlash each ramp counts."""
+    bench = clutch()
+    period = 1e-3
+    ramp_of = np.concatenate((np.linspace(0.0, 0.11, 1000), np.zeros(400)))
+    step = 2.0 * np.pi / 56
+    moved = np.concatenate((np.zeros(1000), np.arange(1, 46).repeat(5), np.full(175, 45))) * step
+    effort = np.concatenate([side * ramp_of for side in (1.0, -1.0) * 6])
+    position = np.concatenate([moved, moved[-1] - moved] * 6)
+    log = make_record("ramps", period * np.arange(effort.size), position, effort, step, 0.0)
+    assert not is_ramp(log, bench)
+    assert find_onsets(log, bench) == []
+    reason = why_unusable(log, bench)
+    assert reason is not None
+    assert "12 ramps, but 0 usable" in reason
+    assert "repeat ramps in the same direction" in reason
+    rigid = msgspec.structs.replace(
+        bench, mechanics=msgspec.structs.replace(bench.mechanics, backlash=None)
+    )
+    assert is_ramp(log, rigid)
+    assert len(find_onsets(log, rigid)) == 12
+    result = identify_records([record(sines(1)), log], [], bench, DEFAULT, IdentificationSettings())
+    assert result.refused["breakaway"] == reason
+    assert why_unusable(record(sines(1)), bench) is None
 
 
 def test_one_direction_needs_the_offset(log: MotionRecord) -> None:

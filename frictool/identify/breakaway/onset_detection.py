@@ -60,6 +60,25 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
     return len(list(itertools.islice(_onsets(record, bench), FEWEST_ONSETS))) == FEWEST_ONSETS
 
 
+def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
+    """Return why `is_ramp` is False for a log of ramps; None if the log does not have ramps."""
+    rests = _rests(record)
+    if not are_ramps(rests, record.position, record.effort):
+        return None
+    ramps = int(np.sum(ramps_among(rests, record.position, record.effort)))
+    usable = len(find_onsets(record, bench))
+    text = (
+        f"{record.name} has {ramps} ramps, but {usable} usable breakaways; needed: {FEWEST_ONSETS}"
+    )
+    if bench.mechanics.backlash is None:
+        return text
+    unit = "rad" if bench.axis == "rotary" else "m"
+    return (
+        f"{text}; after a reversal the axis must move {_least_motion(record, bench):.3g} {unit} "
+        "(backlash) before a ramp: repeat ramps in the same direction"
+    )
+
+
 def _rests(record: MotionRecord) -> list[tuple[int, int]]:
     """Return (start, stop) of each interval at rest; the position changes at the sample `stop`."""
     return rests_of(
@@ -73,8 +92,7 @@ def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
 
 
 def _onsets(record: MotionRecord, bench: Bench) -> Iterator[BreakawayOnset]:
-    width = bench.mechanics.backlash
-    gap = 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
+    gap = _least_motion(record, bench)
     strokes, rests = find_strokes(record), _rests(record)
     # a rest begins at the position at which the motion has ended
     following = [start + 1 for start, _ in rests[1:]] + [record.position.size]
@@ -92,6 +110,12 @@ def _onsets(record: MotionRecord, bench: Bench) -> Iterator[BreakawayOnset]:
         onset = _onset(record, start, end, until, direction)
         if onset is not None:
             yield onset
+
+
+def _least_motion(record: MotionRecord, bench: Bench) -> float:
+    """Return the distance [rad | m] since a reversal beyond which the backlash is closed."""
+    width = bench.mechanics.backlash
+    return 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
 
 
 def _onset(
