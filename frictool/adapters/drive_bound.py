@@ -36,7 +36,7 @@ class DriveBound(NamedTuple):
 
 
 def driven_axis(bench: Bench, plant: PlantPoint) -> DrivenAxis:
-    """Return a plant with the bench's drive, which acts at its limit; backlash is left out."""
+    """Return a plant with the drive of `bench`, which acts at its limit; backlash is left out."""
     actuator = bench.actuator
     return DrivenAxis(
         plant.inertia,

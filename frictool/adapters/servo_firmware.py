@@ -18,7 +18,7 @@ class PendulumLoad(NamedTuple):
 
 
 def firmware_law(bench: Bench) -> FirmwareLaw:
-    """Return the servo firmware of a bench, with nominal values; the bench must have a servo."""
+    """Return the servo firmware of a bench, with nominal values; its actuator must have a servo."""
     servo = bench.actuator.servo
     assert servo is not None
     return FirmwareLaw(

@@ -118,9 +118,9 @@ def is_plain(model: Model) -> bool:
 def signed_friction(model: Model, smoothing: float) -> tuple[Vector, Vector]:
     """Return signed speeds (n,) [rad/s | m/s] and the friction (n,) [N m | N] that opposes them.
 
-    The table contains the speeds where the friction bends, and the top speed of the bench. Between
-    -`smoothing` and +`smoothing` it is a straight line, because the sign of such a low speed is
-    uncertain.
+    The table contains the speeds where the friction bends, and the top speed in bench.yaml.
+    Between -`smoothing` and +`smoothing` it is a straight line, because the sign of such a low
+    speed is uncertain.
     """
     top = model.bench.mechanics.top_speed
     speeds, efforts = [], []

@@ -1,4 +1,4 @@
-"""Options for the gains of a bench's position loop, which `validate` and `simulate` share."""
+"""Options of `validate` and `simulate` for the gains of the rig's position controller."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ OPTIONS = (
 
 
 class ServoGains(NamedTuple):
-    """Gains of the bench's position loop in SI; None for a gain that is not set."""
+    """Gains of the rig's position controller in SI; None for a gain that is not set."""
 
     position: float | None
     speed: float | None

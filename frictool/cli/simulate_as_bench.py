@@ -1,4 +1,4 @@
-"""`frictool simulate --as-bench`: simulation of a bench test with typical gains and noise."""
+"""`frictool simulate --as-bench`: simulation of a test on the rig, with typical gains and noise."""
 
 from __future__ import annotations
 

@@ -7,5 +7,5 @@ KEY = "bench_values_only"
 
 
 def bench_values_words(model: str, reason: str) -> str:
-    """Return the warning that all values of `model` (name or path) are only those of the bench."""
+    """Return the warning that all values of `model` (name or path) come from bench.yaml only."""
     return f"{model} contains only the bench's values ({reason})"

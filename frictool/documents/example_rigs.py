@@ -1,4 +1,4 @@
-"""Complete example rigs that `init --example` writes: documents, Makefile and logs of the bench."""
+"""Complete example rigs that `init --example` writes: documents, Makefile and logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`measurement` of `model.yaml`: properties of the bench that were identified from logs.
+"""`measurement` of `model.yaml`: properties of the rig that were identified from logs.
 
 Friction is not among them.
 """
@@ -18,7 +18,7 @@ from frictool.documents.quantity import (
 
 
 class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Properties of the bench that were identified from the logs.
+    """Properties of the rig, apart from friction, that were identified from the logs.
 
     - `backlash`: Full width of the backlash.
     - `delay`: Delay of the logged drive relative to the position; negative if the drive is ahead.

@@ -88,7 +88,7 @@ class Model(
     - `laws`: Friction by direction, speed, position and time at rest, and position-dependent loads.
     - `presliding`: Friction before breakaway, from `identify --loops`. A simulation includes its
       law.
-    - `measurement`: Properties of the bench, from `identify --measurement`.
+    - `measurement`: Properties of the rig, from `identify --measurement`.
     - `resonances`: Modes of compliant links, from `frictool reduce`. A controller is verified with
       these modes. A model with modes cannot be simulated as a single axis.
     - `bench_values_only`: Reason why no parameter was identified (`identify --keep-bench-values`).

@@ -68,8 +68,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     The bound `gamma` is not valid while the axis is at rest, nor after a switch between moving
     modes that is not in `transitions`. It is valid again after the axis has moved for
-    `motion_after_rest_s` or `motion_after_turn_s`, respectively. If the document is edited,
-    `observe design` must prove the bound again.
+    `motion_after_rest_s` after a rest, or for `motion_after_turn_s` after such a switch. If the
+    document is edited, `observe design` must prove the bound again.
 
     - `wear`: Meaning of alpha, where f is the assumed friction. `multiplicative`: the friction is
       alpha f. `additive`: the friction is f + alpha.

@@ -112,8 +112,8 @@ ContactLaw = Literal["dahl", "lugre", "elasto_plastic", "leuven", "leuven_masing
 class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Presliding laws of a model.
 
-    - `law`: Law that simulations use. `identify` chooses the law that best predicts the branches to
-      which no law was fitted.
+    - `law`: Law that simulations use. `identify` chooses the law that best predicts those branches
+      of the hysteresis loops to which no law was fitted.
     - `limit`: Largest deflection z_max of the contacts, according to `law`.
     - `stiffness`: Slope of the effort against the deflection at 0, according to `law`.
     - `breakaway`: Breakaway with which the laws were fitted.

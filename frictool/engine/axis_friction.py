@@ -143,7 +143,7 @@ def is_straight(p: Vector, load: Vector) -> bool:
     """Return True if the motion of the axis in slip always has a closed form.
 
     This requires friction that is independent of the position and piecewise linear in the speed,
-    and no load. p: parameters of the axis; load (l,): plant/position_load.py.
+    and no load. p: parameters of the axis; load (l,): array of plant/position_load.py.
     """
     if load.shape[0] > 0:
         return False

@@ -1,13 +1,4 @@
-"""Simulation of a bench test: a reference under the bench's position loop, or breakaway ramps.
-
-    reference   position --[encoder]--> bench_position_loop.py --[delay]--> drive --> axis
-    ramps       a list of drive values, one per sample, in segments; a segment ends, and the
-                direction changes, at certain encoder readings (figure 4.6)
-
-The position loop computes rates as differences of encoder counts over a period. The effort that
-the loop computes at sample k acts from sample k + `delay` on; until then the drive is 0. The
-results are the measured `position` (n,) and the `drive` (n,) at the samples.
-"""
+"""Simulation of a test on the rig: a reference under the position loop, or breakaway ramps."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from frictool.typing import Vector
 
 @kernel
 def limited_profile(goal: Vector, start: float, largest: float) -> Vector:
-    """Return a profile (n,) that follows `goal`; each step from `start` on is at most `largest`."""
+    """Return a profile (n,) that follows `goal` from `start` in steps of at most `largest`."""
     out = np.empty(goal.shape[0])
     at = start
     for k in range(goal.shape[0]):

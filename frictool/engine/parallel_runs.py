@@ -27,8 +27,8 @@ def replay_axes(
     """Simulate many axes (m, a) with states (m, 7), in place, under commands (m, n).
 
     Each command acts for one `period` [s]. positions (m, n) [m | rad]: filled with the positions
-    at the beginning of each period. statuses (m,): engine/status_codes.py; a run ends when it
-    fails.
+    at the beginning of each period. statuses (m,): filled with codes of engine/status_codes.py; a
+    run ends when it fails.
     """
     for i in prange(axes.shape[0]):
         for k in range(commands.shape[1]):

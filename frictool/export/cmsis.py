@@ -39,8 +39,8 @@ class CmsisArrays:
 def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
     """Return the biquads of a controller.
 
-    Raises NoSolutionError if the controller has no sections or the sections cannot be scaled, and
-    FixedPointOverflow if the input of the sections has no bound.
+    Raises NoSolutionError if the controller has no second-order sections or the number format
+    cannot represent them, and FixedPointOverflow if the input of the sections has no bound.
     """
     linear = controller.linear
     if controller.schedule is not None:

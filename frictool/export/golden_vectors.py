@@ -344,8 +344,8 @@ def golden_vectors(
 ) -> GoldenVectors:
     """Return the golden vectors of a controller's program in a number format.
 
-    Raises NoSolutionError if the drive overflows, and FixedPointOverflow if fixed point cannot be
-    scaled.
+    Raises NoSolutionError if the drive overflows, and FixedPointOverflow if the program cannot be
+    scaled to fixed point.
     """
     bench = _VectorSequence(controller, program, number)
     for _ in range(5):

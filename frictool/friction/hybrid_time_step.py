@@ -1,4 +1,4 @@
-"""Inequalities that the simulation parameters of the hybrid versions must meet on a bench.
+"""Inequalities that the simulation parameters of the hybrid versions must meet on a rig.
 
 The inequalities, each with its equation or section in the thesis:
 
@@ -24,7 +24,7 @@ from frictool.friction.parameter import Axis
 
 @dataclass(frozen=True)
 class HybridBench:
-    """Bench data for the hybrid versions.
+    """Data of a rig that limit the simulation parameters of the hybrid versions.
 
     - sample_period: sample period T_s of the controller, s
     - encoder_step: encoder step delta_x, m | rad

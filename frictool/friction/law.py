@@ -34,12 +34,12 @@ SlipTerm = Literal["coulomb", "stribeck", "viscous"]
 
 
 def curved_slip(p: Vector) -> tuple[float, float]:
-    """Return the `Law.slip_scales` (inf, 1) of a slip force that is not linear in speed."""
+    """Return (inf, 1), the `slip_scales` of a law whose slip force is nonlinear at any speed."""
     return math.inf, 1.0
 
 
 def straight_slip(p: Vector) -> tuple[float, float]:
-    """Return the `Law.slip_scales` (0, 1) of a slip force that is linear in speed."""
+    """Return (0, 1), the `slip_scales` of a law whose slip force is linear at any speed."""
     return 0.0, 1.0
 
 

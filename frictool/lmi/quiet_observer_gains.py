@@ -244,7 +244,7 @@ class _QuietProblem:
 
 
 def _matrix(first: Matrix, below: Matrix, last: Matrix, square: Vector) -> Matrix:
-    """Return the matrix of the module docstring from its blocks.
+    """Return the matrix of the inequality in the module docstring, from its blocks.
 
     first, last (k, n, n): first and last diagonal block. square (k,): factor of the identity (w,
     w), the middle diagonal block. below (k, n, n + w): the last block row, without `last`.

@@ -37,7 +37,7 @@ def connect(
     inputs: Sequence[str],
     outputs: Sequence[str],
 ) -> Lti:
-    """Return the system from `inputs` to `outputs`; its states are the blocks' states in order.
+    """Return the system from `inputs` to `outputs`, with the states in the order of `blocks`.
 
     Raises ValueError if a signal has no source or more than one, if the sample periods of the
     blocks differ, or if an algebraic loop has no solution.

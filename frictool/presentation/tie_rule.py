@@ -1,7 +1,7 @@
 """Rule for ties: of several values that agree within a relative tolerance, the first is chosen.
 
 Vertices that differ only in friction have the same modulus margin. The last digits of the margins
-depend on the processor; if there were no rule, the worst vertex would depend on it, too.
+depend on the processor; without a rule, so would the choice of the worst vertex.
 """
 
 from __future__ import annotations

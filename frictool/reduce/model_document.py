@@ -74,7 +74,7 @@ def model_of(
     """Return the model document of a reduction.
 
     ends: name of a number in OneInertia.scalars -> interval of this number.
-    bench: the user's bench; None if the bench is to be derived from the mechanism.
+    bench: the user's bench document; None to derive it from the mechanism.
 
     Raises NoSolutionError if the bench contradicts the mechanism, or if the source has no limit.
     """

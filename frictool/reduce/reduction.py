@@ -36,7 +36,7 @@ class ReductionRequest:
     tolerance : float
         Largest error of a step, relative to the travelled distance.
     bench : Bench or None
-        Bench of the model; None for a bench derived from the mechanism's source and sensor.
+        Bench document of the model; None to derive it from the mechanism's source and sensor.
     """
 
     bandwidth: float | None = None
@@ -78,7 +78,7 @@ def reduce(
     mechanism : Mechanism
         Document of the mechanism.
     request : ReductionRequest, optional
-        Resonances to keep, travel, tolerance and bench.
+        Bandwidth, travel, tolerance and bench document of the reduction.
     provenance : Provenance, optional
         Provenance to be written into the model; None: the provenance of this call.
     progress : Callable, optional

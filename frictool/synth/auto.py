@@ -1,6 +1,6 @@
 """Method `auto`: placeholder for a search by simulation (campaign/automatic_design.py).
 
-The search returns a design with another method, which is then synthesised.
+The search returns a design with a method other than `auto`; this design is then synthesised.
 """
 
 from __future__ import annotations

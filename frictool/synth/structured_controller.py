@@ -13,9 +13,10 @@ is 1 with an integrator, else 0. p is a real pole; w and m are the natural frequ
 of a pair of poles, u and y the parameters of the poles, and m_lo is the least damping.
 
 A pair represents any two poles in the left half plane with modulus at most b and damping at least
-m_lo, complex or real. With w <= b, at least one pole of a real pair is within b. With m <= m_hi the
-polynomial is nonnegative at -b, so that the other pole is within b too. Real poles can therefore
-become a complex pair, and the reverse, while the parameters change continuously.
+m_lo, complex or real. With w <= b, at least one pole of a real pair is within b. With m <= m_hi
+the polynomial is nonnegative at -b, so that the other pole is within b too. Two real poles can
+therefore become a complex pair, or a complex pair two real poles, while the parameters change
+continuously.
 
 A sampled controller is the Tustin image of such a K, s = (2/T)(z - 1)/(z + 1); every sampled
 controller without a pole at z = -1 has this form. With b = 2/T no pole has a negative real part in

@@ -88,8 +88,8 @@ def relaxed_problem(
     """Return the problem with relaxed weights, and the record of the search.
 
     `guide` returns the gamma of a problem; the relaxation lowers gamma to `required`. The search
-    requires that gamma rises with W1. This is true of the gamma of inequalities; the norm of a
-    constant controller may fall.
+    requires that gamma rises with W1. This is true of the gamma of inequalities, but not of the
+    norm with a constant controller.
     """
 
     def level(weights: PlantWeights) -> float:

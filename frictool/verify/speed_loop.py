@@ -36,7 +36,8 @@ class LoopCheck:
 def is_required(checked: int, delay: int) -> bool:
     """Return True if a loop must be stable with `checked` samples of delay.
 
-    `delay` is the delay of the bench. An instability with a shorter delay is reported, but allowed.
+    `delay` is the delay that the controller will have. An instability with a shorter delay is
+    reported, but allowed.
     """
     return checked >= delay
 

@@ -9,11 +9,11 @@ loop (zero_exclusion_kernel.py). Theorem: if
     (c) |T(z)| < g for every plant of the box and every |z| = 1,
 
 then the loop of every constant plant of the box is stable with a norm below g. The reason is that
-roots depend continuously on the plant, the box is connected, and by (b) no root crosses the circle.
-(b) and (c) are proved on cells: products of an interval of the frequency and intervals of the plant
-parameters, halved until the enclosure is sharp enough. (a) is proved by Mikhailov's criterion: if D
-is a polynomial of degree n in the bilinear variable, its argument changes by n pi/2 along half the
-circle. The sensitivity is the norm of a loop without weights.
+roots depend continuously on the plant, the box is connected, and by (b) no root crosses the
+circle. (b) and (c) are proved on cells: products of an interval of the frequency and intervals of
+the plant parameters, halved until the bound is proved on each cell. (a) is proved by Mikhailov's
+criterion: if D is a polynomial of degree n in the bilinear variable, its argument changes by n
+pi/2 along half the circle. The sensitivity is the norm of a loop without weights.
 
 The proof uses no solver and no grid, and g is the only stored result that it uses. All coefficients
 are computed from the stored ones in integers, and all rounding errors of the kernel are bounded

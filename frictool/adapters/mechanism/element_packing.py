@@ -251,7 +251,7 @@ class ElementArrays:
     def note_short_curves(self, groups: tuple[RigidGroup, ...]) -> None:
         """Add a note for each curve that ends before a stop of its block.
 
-        A stop on another block counts, too, if rigid links connect this block to the block of the
+        A stop on another block also counts if rigid links connect that block to the block of the
         curve.
         """
         for element in self.document.links.values():

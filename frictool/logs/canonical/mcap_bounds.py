@@ -54,8 +54,8 @@ def record_bounds(data: bytes) -> RecordBounds:
 def whole_records(data: bytes) -> tuple[RecordBounds, int]:
     """Return the bounds of the records before the first invalid or incomplete record.
 
-    Also returns the index of the byte after the last of these records. The search stops after
-    MOST_SHORT records that are shorter than SHORTEST, too.
+    Also returns the index of the byte after the last of these records. The search also stops after
+    MOST_SHORT records that are shorter than SHORTEST.
     """
     uniform = _uniform(data)
     if uniform is not None:

@@ -15,7 +15,7 @@ from frictool.logs.canonical.mcap_layout import NS
 
 @dataclass(frozen=True)
 class InstrumentBench:
-    """Bench for one file.
+    """Bench document for the files of one instrument.
 
     name: name of the instrument in bench.yaml; None if the file belongs to no instrument.
     bench: bench with the instrument's columns, layout and sample period.

@@ -57,7 +57,7 @@ class WrapLine:
     def round(self, low: float, high: float) -> float:
         """Return the number with fewest digits in the log's unit between two bounds.
 
-        low, high: bounds in rad or m. The result is in rad or m, too.
+        low, high: bounds in rad or m. The result is also in rad or m.
         """
         return float(shortest(low / self._factor, high / self._factor)[1]) * self._factor
 

@@ -172,7 +172,7 @@ class TopicTable:
     def find(self, wanted: str | int) -> str | None:
         """Return the name of the column with this name or number (from 1); None if there is none.
 
-        An array element that has a label may be requested by its index, too.
+        An array element that has a label may also be requested by its index.
 
         Raises LogError if the topic has no numbers.
         """

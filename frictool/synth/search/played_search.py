@@ -137,7 +137,7 @@ class CandidateSearch:
     family : CandidateFamily
         Designs to search.
     scales : DesignScales
-        Scales of the bench and the specification.
+        Scales of the rig and the specification.
     tests : PlayedTests
         Simulated tests in the order of their cost.
     controller : callable
