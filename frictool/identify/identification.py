@@ -102,9 +102,7 @@ class NothingIdentified(UnusableLogs):
         reason = max(reasons, key=lambda one: len(reasons[one]), default="")
         others = sum(map(len, reasons.values())) - len(reasons.get(reason, ()))
         super().__init__(
-            f"{', '.join(reasons[reason])}: {reason} (other parameters: {others})"
-            if others
-            else reason
+            f"{', '.join(reasons[reason])}: {reason} (others: {others})" if others else reason
         )
 
     @property

@@ -76,7 +76,7 @@ def accept(
             raise NoSolutionError(
                 f"not verified: rounding to {one.number} changes the norm from {worst_norm:.4g} "
                 f"to {one.gamma:.4g}, and the modulus margin is {one.modulus_margin:.3f} "
-                f"(specified: {required:g}); bring the weights closer to each other"
+                f"(specified: {required:g}); choose more similar weights"
             )
     return stored.Verified(
         candidate.gamma,

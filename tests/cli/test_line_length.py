@@ -165,7 +165,7 @@ def test_a_refusal_of_several_parameters_names_the_most_frequent_reason() -> Non
         Identification(refused=refused, method="auto", confidence=0.95, kinds={})
     )
     assert str(error).startswith("viscous, coulomb, offset: two ")
-    assert str(error).endswith("(other parameters: 1)")
+    assert str(error).endswith("(others: 1)")
     assert len(str(error)) <= LONGEST_REFUSAL
     assert list(error.reasons.values()) == [["inertia"], ["viscous", "coulomb", "offset"]]
 
