@@ -234,6 +234,5 @@ def _refuse(controller: Controller, vertex: Vertex, delay: int, radius: float, w
     raise NoSolutionError(
         f"{controller.name}: with the observer {what} is unstable at "
         f"vertex {vertex.name} with {delay_words(delay)} "
-        f"(spectral radius {radius:.4f}); try another --bandwidth "
-        "for the observer, or a slower controller"
+        f"(spectral radius {radius:.4f}); try another observer --bandwidth, or a slower controller"
     )

@@ -206,7 +206,7 @@ def test_a_counter_that_wraps_is_refused_until_the_bench_says_so(tmp_path: Path)
         run("identify", log, "--bench", CLUTCH),
         3,
         "the position wraps",
-        "under encoder in the bench: wrap_bits: 8",
+        "under encoder in bench.yaml: wrap_bits: 8",
     )
     aware = changed(
         tmp_path, "counts_per_revolution: 56 ", "counts_per_revolution: 56\n  wrap_bits: 8 "
@@ -251,7 +251,7 @@ def test_the_advice_for_a_position_that_wraps_repairs_the_log(
                 run("identify", log, "--bench", bench),
                 3,
                 "the position wraps",
-                f"under encoder in the bench: {line}\n",
+                f"under encoder in bench.yaml: {line}\n",
             )
             bench.write_text(
                 bench.read_text().replace(

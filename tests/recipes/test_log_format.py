@@ -36,7 +36,7 @@ def test_convert_writes_the_format_and_info_reads_it(overlay: Path) -> None:
     assert told.returncode == 0, told.stderr
     assert all(name in told.stdout for name in axis.signals)
     chosen = frictool(overlay, "convert", overlay / "run.mcap", "--to", "columns", "-o", "-")
-    assert "a columns file contains one" in chosen.stderr
+    assert "a columns file can contain only one" in chosen.stderr
 
 
 def test_help_and_messages_list_the_format(overlay: Path) -> None:
