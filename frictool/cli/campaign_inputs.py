@@ -114,7 +114,7 @@ def header_of(
 ) -> dict[str, Any]:
     """Return the values that identify a campaign, for its stored results.
 
-    `count`: number of random plants; included only if the plants of `method` depend on it.
+    `count`: number of draws; included only if the draws of `method` depend on it.
     """
     from frictool import __version__
     from frictool.documents.provenance import digest

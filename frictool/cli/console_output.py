@@ -57,7 +57,7 @@ def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
 
 
 def note_changes(path: Path, controller: Controller) -> None:
-    """Warn if a block of the controller was changed after `frictool verify` verified it.
+    """Warn if a block of the controller was changed after the controller was verified.
 
     There is no warning for a document without digests.
     """

@@ -1,6 +1,6 @@
 """Option --layout: properties of a raw file that its content does not show.
 
-The option replaces the key `layout` of bench.yaml, for commands without the option --bench.
+The option replaces the key `layout` of bench.yaml where a log is read without a bench.yaml.
 """
 
 from __future__ import annotations

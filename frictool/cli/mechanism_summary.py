@@ -14,7 +14,7 @@ POSITION, VELOCITY, STUCK, CONTACT = "_position", "_velocity", "_stuck", "_conta
 def blocks_of(log: Log, stream: Stream) -> dict[str, Any]:
     """Summarise blocks, contacts, energies and events of a simulated mechanism as JSON values.
 
-    `stream`: stream `/mechanism` of one variant.
+    `stream`: stream `/mechanism` or `/mechanism/NAME` of one variant.
     """
     names = [name.removesuffix(POSITION) for name in stream.signals if name.endswith(POSITION)]
     contacts = [name.removesuffix(CONTACT) for name in stream.signals if name.endswith(CONTACT)]

@@ -228,8 +228,8 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     `frictool init` writes `?` for a column or unit that the log does not contain; commands refuse
     such a bench until the value is filled in.
 
-    - `column`: Name of the column, or its number from 1. For a recording with topics,
-      `TOPIC#FIELD`.
+    - `column`: Name of the column, or its number from 1. In a recording, the name consists of topic
+      and field, such as `/joint_states.position[arm]`.
     - `unit`: Unit of the channel, which is scale * number in the file + offset; `count` for encoder
       counts.
     - `scale`: Factor by which the number in the file is multiplied.
@@ -254,7 +254,7 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Channels A and B of an encoder, recorded as voltages by an oscilloscope or a logic analyser.
+    """Channels A and B of an encoder, as recorded by an oscilloscope or a logic analyser.
 
     The decoded counts form a new column. A signal becomes high at `threshold` + `hysteresis` / 2
     and low at `threshold` - `hysteresis` / 2; these are voltages at the encoder.
@@ -290,7 +290,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
       `month-first` (01/31/2026).
     - `period_s`: Time between two rows. Write this key if no column contains the time.
     - `start_s`: Time of the first row; needs `period_s`.
-    - `whole`: True if the last line is complete although it does not end with a line feed.
+    - `whole`: True if the last line is complete although it has no line end.
     - `dbc`: File that defines the signals of a CAN log, in the folder of the log. By default the
       `.dbc` file with the name of the log.
     - `clock`: Source of the times of a recording: `log time`, or the path of a time stamp in its
@@ -339,7 +339,8 @@ class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Additional instrument at the rig with separate log files, recognised by their names.
 
-    For an absent key, the value of the same key at the top level of bench.yaml applies.
+    If `layout` or `sample_period_s` is absent, the value of this key at the top level of bench.yaml
+    applies. The top-level `quadrature` does not apply to these files.
 
     - `files`: Pattern of the file names, such as `"*MR*.csv"`.
     - `columns`: Column of each channel.

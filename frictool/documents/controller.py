@@ -374,11 +374,11 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Smallest margins of the sampled loops at all vertices, with the delay in bench.yaml.
+    """Worst margins of the sampled loops at all vertices, with the delay in bench.yaml.
 
     A margin without a key is unlimited.
 
-    - `small_gain`: Norm from the friction, scaled to [-1, 1], to the speed [rad/s | m/s].
+    - `small_gain`: Largest norm from the friction, scaled to [-1, 1], to the speed [rad/s | m/s].
     - `gain_increase`, `gain_decrease`: Largest and smallest admissible factor on the loop gain.
     - `phase_deg`: Admissible additional phase lag.
     - `delay_s`: Admissible additional delay.
@@ -432,15 +432,15 @@ class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Verified properties of the loop; `frictool verify` computes them again.
 
-    - `gamma_asked`: Bound of the norm that the synthesis method guarantees for the plants of the
-      design; null if it guarantees none.
+    - `gamma_asked`: Bound of the norm that the synthesis method claims for the plants of the
+      design; null if it claims none.
     - `gamma_verified`: Largest norm of the sampled loop at all vertices, computed from the stored
       coefficients.
     - `modulus_margin_specified`: Modulus margin that the specification requires.
     - `vertices`: Properties at each vertex.
     - `count_drive`: Largest drive in response to one encoder count [A | V].
     - `rounded`: Properties with rounded coefficients.
-    - `margins`: Smallest margins of all vertices.
+    - `margins`: Worst margins of all vertices.
     - `robustness`: Largest norm for plants inside the intervals of the parameters.
     - `digests`: SHA-256 of each block at verification, by the block's name. Without digests
       `verify` ends with exit code 1.

@@ -32,7 +32,8 @@ MOST_REGIMES, MOST_COEFFICIENTS = 4, 8
 class Backward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Friction levels of the negative direction.
 
-    The friction levels under `parameters` then apply to the positive direction only.
+    If a level is present here, the level of this name under `parameters` applies to the positive
+    direction only. A level that is absent here is the same in both directions.
     """
 
     viscous: ViscousEstimate | None = None

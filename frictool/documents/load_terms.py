@@ -65,8 +65,9 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
       estimated only to keep the other parameters unbiased: they are subtracted from the effort. Of
       these, only `temperature` is part of the model.
     - `ripple`: Period of the ripple; required with the term `ripple`.
-    - `most`: Largest sum of spring, gravity and ripple efforts that occurs on the travel. It is
-      needed to plan tests.
+    - `most`: Largest sum of spring, gravity and ripple efforts that occurs on the travel. Planned
+      tests reserve this part of the drive's limit; without this key, they reserve nothing for the
+      load. `identify` uses it for a load that the logs cannot separate from other parameters.
     """
 
     terms: tuple[Term, ...]

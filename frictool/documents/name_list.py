@@ -9,7 +9,11 @@ LONGEST_LIST = 120  # maximum number of characters of a list of names in a messa
 
 
 def listed(names: Collection[str], longest: int = LONGEST_LIST, separator: str = ", ") -> str:
-    """Return names as text with at most `longest` characters; an empty name is shown in quotes."""
+    """Return names as text; an empty name is shown in quotes.
+
+    At least the first name is shown, and further names up to `longest` characters. The number of
+    names that are left out is added.
+    """
     shown: list[str] = []
     for name in names:
         if len(shown) == MOST_NAMES_SHOWN or (

@@ -33,9 +33,10 @@ class NodeReader:
         raise DocumentError(self.path, message, line=node.start_mark.line + 1, key=key)
 
     def pairs(self, node: yaml.Node, key: str) -> Pairs:
-        """Return the (key, node) pairs of a mapping.
+        """Return key -> (node of the key, node of the value) for a mapping.
 
-        Raises DocumentError if a key is no text or occurs twice. `key`: path of the mapping.
+        Raises DocumentError if the node is no mapping, or if a key is no text, too long, or occurs
+        twice. `key`: path of the mapping.
         """
         if not isinstance(node, yaml.MappingNode):
             self.fail(node, key, f"found {shown(node)}; allowed: a mapping of keys")

@@ -35,7 +35,7 @@ class SynthesisMethod:
     - structures: structures of a controller for which the method works
     - check: function that raises ValueError if a design with this method contradicts itself
     - searched: True if `synth` searches structure, gains and weights by simulation; the design may
-      contain only blocks
+      contain blocks, which the search keeps
     - provided_gains: True if the design contains the gains. Such a controller has the speed error
       as its input in a cascade, stops its integral while the drive is limited, and needs no weights
     - more_margin: advice if the loop has too little margin

@@ -31,7 +31,8 @@ class LossList(list[DataLoss]):
         """Append a loss.
 
         If the list has MOST_OF_A_KIND losses of the same channels and reason, the loss is merged
-        with the last of them.
+        with the last of them. Beyond MOST losses, losses of the same channels are merged whatever
+        their reasons.
         """
         kind = (loss.channels, loss.reason if len(self) < MOST else "")
         count, last = self._kinds.get(kind, (0, 0))

@@ -111,8 +111,8 @@ class RawTable(Protocol):
         """Yield blocks of the columns `wanted`, each with the number of bytes processed so far.
 
         If `losses` is None, damaged data raises LogError with the line or time, the column, the
-        value found and the allowed values. Otherwise damaged data is left out and appended to
-        `losses`.
+        value found and the allowed values. Otherwise damaged data is left out, a loss is appended
+        to `losses`, and reading continues.
         """
         ...
 

@@ -29,5 +29,5 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the largest step that divides all values; None if there is none."""
+        """Return the step of which all values, minus a common offset, are multiples, or None."""
         return encoder_step(self._values) if self._values.size else None

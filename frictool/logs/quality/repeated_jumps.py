@@ -8,8 +8,8 @@ Then the search classifies the motion around each long step:
 
     forward     the axis moves against s before and after the step: it continues across the end of
                 the period
-    backward the axis moves along s before or after the step, as after a dropout: no wrap at rest
-    the axis rests, or its motion is smaller than the noise
+    backward    the axis moves along s before or after the step, as after a dropout: no wrap
+    at rest     the axis rests, or its motion is smaller than the noise
 
 The motion before the step is the sum of the last n steps, and the motion after the step is the sum
 of the next n steps. n is the smallest of 2, 8, 32 and 128 for which both sums exceed noise and one

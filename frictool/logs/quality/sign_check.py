@@ -42,8 +42,8 @@ class SignCheck:
     """Result of the check of signs.
 
     work: quotient of net and absolute work of the effort, -1 to 1; None if undetermined.
-    reversed: names of the signals with a reversed sign; both `position` and `effort` if either may
-        be reversed.
+    reversed: names of the signals with a reversed sign; a text such as "position or effort" if
+        either of two signals may be reversed.
     """
 
     work: float | None

@@ -35,7 +35,7 @@ DIALECTS = (
     (BLANK, ","),
     (",", ","),
 )
-# a cell is a quoted text, or a word with a unit in brackets after it
+# a cell is a quoted text, or a word, including a unit in brackets after it
 _BETWEEN_BLANKS = re.compile(r'"[^"]*"|\S+(?:[ \t]+\[[^\]]*\])?')
 _DATE = r"(?:\d{4}([-/.])\d\d?\1\d\d?|(?P<first>\d\d?)([-/.])(?P<second>\d\d?)\3\d{4})[Tt ]\d?"
 _STAMP = re.compile(rf"(?:{_DATE}|\d)\d:\d\d(:\d\d([.,]\d+)?)?( [AaPp][Mm])?(Z|[+-]\d\d(:?\d\d)?)?")
