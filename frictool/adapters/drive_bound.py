@@ -65,7 +65,8 @@ def drive_bound(
     length
         Length of the step, rad | m, above 0.
     overshoot
-        Largest overshoot relative to the length; None to allow 5 %, as the response time does.
+        Largest overshoot relative to the length; None to allow 5 % of the length or one encoder
+        step, as the response time does.
 
     Returns
     -------

@@ -46,7 +46,7 @@ class SupervisedProgram:
         self.start(0.0)
 
     def start(self, position: float) -> None:
-        """Start the enabled controller for an axis at rest at `position` [rad | m]."""
+        """Start at rest at `position` [rad | m], enabled and following the reference."""
         self.machine = copy_program(self._new)
         self.disabled = self.holding = False
         start_at(self.machine, position)

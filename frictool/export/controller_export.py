@@ -42,8 +42,8 @@ class ExportResult(ResultView):
     `files`: name -> content.
     `vectors`: golden vectors; None if the language has none.
     `more`: additional lines for the text output.
-    `target`: size and number of instructions of the code on the processor `target` of bench.yaml,
-        if they were requested or bench.yaml has a `target`.
+    `target`: size and number of instructions of the code on the processor `target` of the
+        controller's bench, if they were requested or the bench has a `target`.
     """
 
     controller: Controller
@@ -86,7 +86,7 @@ class ExportResult(ResultView):
 
     @property
     def is_budget_unchecked(self) -> bool:
-        """Return True if bench.yaml limits a property of the code that was not measured."""
+        """Return True if the controller's bench limits a figure that was not measured."""
         budget = self.controller.bench.target
         return self.target is not None and budget is not None and self.target.is_unchecked(budget)
 
@@ -129,8 +129,8 @@ def export(
     origin : ExportOrigin, optional
         Origin of the document; by default the digest of its YAML text.
     report : bool, optional
-        True to measure C code on the processor `target` of bench.yaml, even if bench.yaml sets no
-        limit for the code.
+        True to measure C code even if the controller's bench has no `target`; the core is then the
+        default of `Target`.
 
     Returns
     -------
@@ -143,7 +143,7 @@ def export(
         If the language or the number format does not exist.
     NoSolutionError
         If the rounded loop cannot be verified, the format cannot represent the controller, or the
-        C code exceeds a limit of `target` in bench.yaml.
+        C code exceeds a limit of `target` in the controller's bench.
     """
     for what, choice, allowed in (
         ("language", language, CONTROLLER_LANGUAGES),
@@ -199,7 +199,7 @@ def _measured(result: ExportResult) -> ExportResult:
     )
     if over := figures.over_budget(target):
         raise NoSolutionError(
-            f"{controller.name}: the code in {result.number} exceeds the budget in bench.yaml: "
+            f"{controller.name}: the code in {result.number} exceeds the budget of its bench: "
             f"{'; '.join(over)}; try another --number, or a design of a lower order"
         )
     return replace(result, target=figures)

@@ -1,8 +1,8 @@
 """Verification of a controller with coefficients rounded to a number format of the target.
 
 At every vertex, the sampled loop is computed with the rounded coefficients. It must be stable at
-every delay of the document, and have the specified modulus margin at the delay in bench.yaml. If
-the document contains the weights of the H-infinity norm, the norm must not exceed the norm in the
+every delay of the document, and have the specified modulus margin at its `delay_samples`. If the
+document contains the weights of the H-infinity norm, the norm must not exceed the norm in the
 document. The controller at every corner of a schedule is checked with the plant of this corner.
 The rounding of signals is not verified; the golden vectors show its effect (golden_vectors.py).
 """
@@ -105,7 +105,7 @@ def _refused(controller: Controller, number: Number, why: str) -> NoSolutionErro
 def _loops(
     controller: Controller, linear: LinearController, number: Number
 ) -> Iterator[tuple[LinearController, PlantPoint, tuple[int, ...]]]:
-    """Yield (linear controller, plant, delays [samples]); the first delay is that in bench.yaml."""
+    """Yield (linear controller, plant, delays [samples]); the first delay is `delay_samples`."""
     for vertex in controller.verified.vertices:
         point = PlantPoint(
             vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant

@@ -43,7 +43,7 @@ FULL = 1e-6  # smallest singular value of D12 and D21 with full rank, relative t
 def scheduled_controllers(
     solution: GriddedSolution, points: Sequence[Values], plants: Sequence[GeneralisedPlant]
 ) -> tuple[Lti, ...]:
-    """Return one controller for each grid point and its plant.
+    """Return one controller for each of `points` (values of r) and its plant.
 
     The norm of the scheduled loop is at most `solution.gamma` while the parameters vary no faster
     than the solution's rates. Raises ValueError for sampled plants and if X is not constant. Raises
@@ -69,7 +69,7 @@ def scheduled_controllers(
 
 
 class _ScheduledPlant:
-    """Plant of one grid point in balanced coordinates, with the constant terms of thesis (5.62)."""
+    """Plant at one r in balanced coordinates, with the constant terms of thesis (5.62)."""
 
     def __init__(self, solution: GriddedSolution, values: Values, plant: GeneralisedPlant) -> None:
         self.plant = plant

@@ -57,10 +57,11 @@ class WearEstimate:
     - kind: kind of wear in the data, or `none`
     - forward, backward: wear in each direction
     - added: increase of the friction [N m | N], for kind additive
-    - zones: wear in each zone of the travel, for kind zones
-    - scale: common factor of all wear values due to an error of the actuator constant; its interval
-      is the range of the constant in bench.yaml. The factor cancels in a ratio to commissioning.
-      The intervals of the wear values do not include it.
+    - zones: wear in each observed zone of the travel, for kind zones
+    - scale: common factor of all wear values due to an error of the actuator constant: 1, with an
+      interval that follows from the range of the constant in bench.yaml (wear/constant_error.py).
+      The factor cancels in a ratio to commissioning. The intervals of the wear values do not
+      include it.
     - others: other parameters (inertia, viscous, ...) divided by the model's values
     - warnings: lines of text
     """

@@ -1,1 +1,1 @@
-"""Proofs that a controller meets the requirements of a step test for all starts and plants."""
+"""Proofs of a controller's step test, and the check of a stored proof."""

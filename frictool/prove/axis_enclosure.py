@@ -126,7 +126,8 @@ def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> tu
 def thresholds(state: AxisSet, p: PlantBox) -> tuple[RoundedInterval, RoundedInterval]:
     """Return the breakaway [N m | N] in the positive and in the negative direction.
 
-    At an end of the backlash the breakaway is that of the axis, else that of the motor alone.
+    In a direction in which the motor pushes the load, the breakaway is that of the axis, else that
+    of the motor alone. Without backlash, it is that of the axis in both directions.
     """
     return (
         p.breakaway if _carries(state, p, 1) else p.gap_breakaway,

@@ -81,7 +81,7 @@ def run_samples(
     """Run the tube from sample span[0] to span[1] - 1, and set span[0] to the sample reached.
 
     span[2]: decision if it is uncertain whether the axis is inside the rest band: 1 inside, 0
-    outside; any other value ends the run there. span[3]: first sample whose position is stored in
+    outside; -1 ends the run there. span[3]: first sample whose position is stored in
     `past`; from then on no generator is removed. m: motion state (axis_forms.py). reference (n,):
     reference at each sample. step: encoder step. delay: samples. limit: drive limit. rows: rows
     that keep values between samples. record (n, 4): bounds of the position at each sample and until
@@ -328,7 +328,8 @@ class StepPlan:
 
     - reference: one value per sample (n,) [rad | m]
     - response: first sample at which the position has to stay near its final value
-    - pause: sample at which the prefilter moves again after it was settled; 0 if it never does
+    - pause: last sample up to `response` at which the prefilter moves again after it was settled; 0
+      if there is none
     - settled: first sample from which the prefilter stays settled
     - tracked: least and largest filtered reference from `settled` on [rad | m]
     """

@@ -30,7 +30,8 @@ def with_integrator(k: Lti, bandwidth: float) -> Lti:
 def stabilise_slow_pole(k: Lti, bandwidth: float, pole: float) -> Lti:
     """Return the controller `k`, with its slowest pole moved to s = -`pole` if `k` is unstable.
 
-    Raises NoSolutionError if the slowest pole is not slow compared with the bandwidth.
+    Raises NoSolutionError if `k` is unstable and its slowest pole is complex or not slow compared
+    with the bandwidth.
     """
     if k.stable:
         return k
@@ -40,7 +41,7 @@ def stabilise_slow_pole(k: Lti, bandwidth: float, pole: float) -> Lti:
 def moved(k: Lti, bandwidth: float, to: float) -> Lti:
     """Return the controller `k` with its slowest pole moved to `to` (in s or z).
 
-    Raises NoSolutionError if the slowest pole is not slow compared with the bandwidth.
+    Raises NoSolutionError if the slowest pole is complex or not slow compared with the bandwidth.
     """
     poles = np.linalg.eigvals(k.a).astype(np.complex128)
     rates = np.abs(poles - 1.0) / k.period if k.period else np.abs(poles)

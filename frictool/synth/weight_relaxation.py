@@ -2,9 +2,10 @@
 
 The weight on the command changes with W3. The thesis changes W1 and W3 by hand, from (1, 1.26) with
 gamma 20.9 to (0.1, 0.05) with gamma 1.15 (5.4.3.1). gamma does not fall when W1 rises. For each W3,
-bisection therefore finds the largest W1 with gamma <= 1, which is one point of the trade-off curve.
-To save evaluations, the search interpolates: it assumes that gamma^2 minus its value at W1 = 0 is
-proportional to a power of W1, which is nearly true; if that fails, the search bisects.
+the largest W1 with gamma <= 1 can therefore be enclosed between a feasible and an infeasible W1; it
+is one point of the trade-off curve. To save evaluations, the search interpolates: it assumes that
+gamma^2 minus its value at W1 = 0 is proportional to a power of W1, which is nearly true; if that
+fails, the search bisects.
 
 W3 is lowered only as long as W1 rises. The result is the point with the largest W3 among the
 points whose W1 is within 10 % of the largest W1. At still lower W3, W1 falls again, because the

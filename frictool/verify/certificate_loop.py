@@ -60,8 +60,8 @@ class CertificateLoop:
 def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
     """Return the loops whose largest H-infinity norm is the `norm` or the `sensitivity`.
 
-    The norm is that of `loop`. The sensitivity is the largest norm of two unweighted loops: the
-    position or speed loop and, with a proportional law, the outer loop.
+    The norm is that of `loop`. The sensitivity is the largest norm of the unweighted loops: the
+    position or speed loop and, with a proportional law, also the outer loop.
     """
     if of == "norm":
         return (loop,)

@@ -90,7 +90,8 @@ def check_document(controller: Controller, *, margins: bool = False) -> None:
     ------
     NoSolutionError
         If the document contradicts its bench, a loop at a vertex is unstable or has less than the
-        specified margin, or the state-space form and the sections in the document differ.
+        specified margin, the stored forms of the linear controller differ, or the anti-windup is
+        unstable.
     """
     _of_its_bench(controller)
     if controller.velocity.observer is not None:

@@ -80,7 +80,7 @@ def worst_inside(
     """Return the worst plant of the vertices, and the worst plant found between the vertices.
 
     Between the vertices, POINTS scattered plants are evaluated first. A local search then starts at
-    the worst of all these plants.
+    the worst of these plants and the vertices.
     """
     box = enclosing_box(vertices)
     at_vertices = worst_norm(controller, plant, vertices)

@@ -34,7 +34,7 @@ def rounded_down(margin: float) -> str:
 
 
 def plant_units(bench: Bench) -> dict[str, str]:
-    """Return the units of inertia, viscous and Coulomb friction, and drive constant of a bench."""
+    """Return the SI units of inertia, viscous and Coulomb friction, and the drive's constant."""
     mechanical = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort"}
     units = {name: si_unit(dimension, bench.axis) for name, dimension in mechanical.items()}
     return units | {"constant": bench.actuator.constant.unit}

@@ -44,8 +44,8 @@ class ModelCheck:
 def check_model(controller: Controller, model: Model) -> ModelCheck:
     """Return the margins of the controller's loops at the corners of the model's intervals.
 
-    Each interval is the hull of the parameter's interval in the model and its range in the model's
-    bench.
+    Each interval contains the parameter's interval in the model and its range in the model's bench,
+    for all directions, speed regimes and positions (adapters/parameter_intervals.py).
 
     Raises
     ------

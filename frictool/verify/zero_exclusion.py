@@ -12,7 +12,7 @@ then the loop of every constant plant of the box is stable with a norm below g. 
 roots depend continuously on the plant, the box is connected, and by (b) no root crosses the
 circle. (b) and (c) are proved on cells: products of an interval of the frequency and intervals of
 the plant parameters, halved until the bound is proved on each cell. (a) is proved by Mikhailov's
-criterion: if D is a polynomial of degree n in the bilinear variable, its argument changes by n
+criterion: the argument of D, a polynomial of degree n in the bilinear variable, must change by n
 pi/2 along half the circle. The sensitivity is the norm of a loop without weights.
 
 The proof uses no solver and no grid, and g is the only stored result that it uses. All coefficients

@@ -167,7 +167,8 @@ class CandidateSearch:
     def run(self, progress: Callable[[str], None]) -> FamilyOutcome:
         """Search the family and return the outcome, which the inputs determine uniquely.
 
-        progress: called with a text after every REPORTED candidates.
+        progress: called with a text at the start of each search, and after every REPORTED
+        candidates.
         """
         self.hard, self.progress = list(self.tests.hard), progress
         random = np.random.Generator(np.random.PCG64(SEED))

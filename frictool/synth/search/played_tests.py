@@ -68,7 +68,7 @@ class PlayedTests:
     """Tests of rising cost; only a candidate that passes a test is played in the next test.
 
     - screen: two short steps with some plants
-    - short: all steps with all plants, without the time at rest after each step
+    - short: all steps with all plants, shortened and without the steps of kind `hold_s`
     - whole: the complete test, which decides
     - others: short steps with other plants and from other initial positions
     - places: short steps with the worst plants of `whole`, from many initial positions within one
