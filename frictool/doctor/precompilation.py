@@ -1,7 +1,7 @@
 """Compilation of all kernels before their first use, for the types in `kernels.json`.
 
-The file lists the argument types of all kernel calls in the tests. It does not list the kernels of
-the friction laws: their types follow from the kind of law. The command `python -m
+The file lists the argument types of all kernel calls in the tests. For kernels of friction laws
+that it does not list, the types follow from the kind of law. The command `python -m
 frictool.doctor.precompilation` prints the list of the kernels that are in the cache now, in the
 format of `kernels.json`.
 """
@@ -76,7 +76,7 @@ def compile_all(
 
 
 def all_rows() -> list[list[Any]]:
-    """Return the rows of `kernels.json`, then the rows of the friction laws' kernels."""
+    """Return rows for the laws' kernels that `kernels.json` does not list, then its rows."""
     listed: list[list[Any]] = json.loads(LIST.read_bytes())
     known = {(module, name) for module, name, *_ in listed}
     added = []

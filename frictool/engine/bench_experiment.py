@@ -1,4 +1,8 @@
-"""Simulation of a test on the rig: a reference under the position loop, or breakaway ramps."""
+"""Simulation of a test on the rig: a reference under the position loop, or breakaway ramps.
+
+An effort or drive value of sample k acts from sample k + `delay` on; until then the drive is 0. The
+results are the measured `position` (n,) and the `drive` (n,) at the samples.
+"""
 
 from __future__ import annotations
 

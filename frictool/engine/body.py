@@ -59,7 +59,8 @@ class FrictionBody:
 
     slip_force: kernel (v, direction, law) -> force. law: parameters of this kernel. `breakaway`,
     `coulomb`, `viscous` and `viscous_beyond` are pairs (backward, forward), >= 0; `stops` is (low,
-    high). tolerance: allowed error of the speed, relative to max(speed, `speed_scale`).
+    high). tolerance: allowed error of the speed where the motion is integrated in steps, relative to
+    the speed but at least to a fraction of `speed_scale` (engine/motion_pieces.py `layer_piece`).
     """
 
     mass: float

@@ -114,7 +114,7 @@ def with_friction(axis: Vector, viscous: float, dry: float) -> Vector:
 
 @kernel
 def changes_parameters(before: Vector, row: Vector) -> bool:
-    """Return True if two rows (8,) of the conditions differ in a parameter factor."""
+    """Return True if `before` and `row` (8,) give the axis different parameters (`impose`)."""
     return bool(
         row[DISTURBANCE] != before[DISTURBANCE]
         or row[FRICTION] != before[FRICTION]

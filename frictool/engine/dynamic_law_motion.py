@@ -11,9 +11,9 @@ A dynamic law does not switch between stick and slip: in stick v is small, but n
 equations are stiff, because the contact relaxes in microseconds. The integrator is therefore an
 implicit Rosenbrock method (engine/rosenbrock.py) with error control on v and z.
 
-In laws with hysteresis, some elements of z are a memory of past reversals, which is updated after
-accepted steps only. A step ends at each reversal, because the memory must register the reversal.
-An extension (friction/law_extension.py) makes Coulomb friction and breakaway depend on position and
+In some laws, part of z is a memory, for example of past reversals, which is updated after accepted
+steps only. A step ends at each reversal, because the memory must register the reversal. An
+extension (friction/law_extension.py) makes Coulomb friction and breakaway depend on position and
 direction, and adds viscous friction by ranges of speed. The Jacobian neglects the change of
 friction with position, which is small compared with the contact stiffness.
 """

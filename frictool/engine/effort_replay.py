@@ -2,7 +2,7 @@
 
     effort[k] --> axis --> position[k+1], velocity[k+1]
 
-The effort is constant within a period, or approaches effort[k+1] with the drive's lag.
+The effort is constant within a period, or moves to effort[k+1] with the drive's lag.
 
 In most periods the axis slips in one direction under linear friction, without an event. The motion
 over such a period is linear in the state, with coefficients computed once. A test excludes events
@@ -130,8 +130,8 @@ def replay(
     p: result of `replay_parameters`. load: array of the load (plant/position_load.py). measured
     (n,): measured positions [rad | m]. gains (2,): gains of the correction [-, 1/s]; `measured` is
     ignored if both are zero. Fills positions and velocities (n,) at the samples. With a lag in p,
-    the effort approaches the next sample's value within each period; without a lag, it is constant
-    within the period. Returns a status of engine/status_codes.py.
+    the effort moves to the next sample's value within each period and reaches it at the end;
+    without a lag, it is constant within the period. Returns a status of engine/status_codes.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

@@ -13,7 +13,7 @@ code  name             meaning
 4     STEP_TOO_SMALL   the tolerance requires a step that is lost in the rounding of the time
 5     LAW_FAILED       a kernel of the friction law returned an error of friction/status_codes.py
 6     JAMMED           a self-locking link wedges: no acceleration satisfies the equations
-7     UNRESOLVED       contacts and sticking joints change without end at one instant
+7     UNRESOLVED       contacts and sticking parts change without end at one instant
 ====  ===============  ==========================================================================
 """
 

@@ -74,7 +74,7 @@ class Notation:
         )
 
     def inertia(self, block: str) -> Term:
-        """Return the symbol J (inertia) or m (mass) of a block; 0 for a block without inertia."""
+        """Return the symbol J (inertia) or m (mass) of a block."""
         stated = self.document.blocks[block]
         if stated.inertia is not None:
             return self.parameter("J", "J", block, stated.inertia, f"blocks.{block}.inertia")

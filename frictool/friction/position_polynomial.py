@@ -4,8 +4,8 @@
 
 C_s is the breakaway, C_r the Coulomb friction. The parameters F_s and F_c of a law are the means of
 C_s and C_r over the travel. The polynomial divided by its mean is a factor that multiplies both F_s
-and F_c. Outside the travel the factor is constant, since a polynomial fitted within the travel is
-not valid outside. Coefficients are in order of rising powers.
+and F_c. Outside the travel the factor keeps its value at the nearer end, since a polynomial fitted
+within the travel is not valid outside. Coefficients are in order of rising powers.
 """
 
 from __future__ import annotations

@@ -40,11 +40,11 @@ def never_sticks(direction: float, p: Vector) -> float:
 
 @kernel
 def no_band(p: Vector) -> float:
-    """Return 0, the half width of the rest band (in velocity) of a law that sticks exactly."""
+    """Return 0, the half width of the rest band (in velocity), for a law without a rest band."""
     return 0.0
 
 
 @kernel
 def true_velocity(v: float, p: Vector) -> float:
-    """Return v, the rate of the position in a law without a rest band."""
+    """Return v, the rate of the position in every law except Karnopp's."""
     return v

@@ -34,13 +34,14 @@ def deviation_of(second_differences: Vector) -> float:
 
 
 def noise_floor(signal: Vector) -> float:
-    """Return the expected peak of the white noise on `signal` (n,), in the unit of the signal.
+    """Return the peak that the white noise on `signal` (n,) hardly ever exceeds.
 
-    The peak is (sqrt(2 ln n) + 2) times the standard deviation of the noise.
+    The peak, in the unit of the signal, is (sqrt(2 ln n) + 2) times the standard deviation of the
+    noise.
     """
     return noise_deviation(signal) * peak_factor(signal.size)
 
 
 def peak_factor(samples: int) -> float:
-    """Return the expected peak of `samples` values of white noise, in standard deviations."""
+    """Return the peak that `samples` values of white noise hardly exceed [standard deviations]."""
     return math.sqrt(2.0 * math.log(max(samples, 2))) + MARGIN

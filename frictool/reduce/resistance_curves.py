@@ -2,7 +2,7 @@
 
 Two elements of a mechanism represent the pair of curves: a spring with the mean of both curves, and
 a cam of angle 0 with half the difference as friction. Speed-dependent friction remains a separate
-element, multiplied by the losses of the link towards the source.
+element, raised by the losses of the link towards the source.
 """
 
 from __future__ import annotations

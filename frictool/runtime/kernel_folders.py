@@ -123,7 +123,7 @@ def _last_used(folder: Path) -> float:
 def mark_used(folder: Path) -> None:
     """Mark an existing folder as used until this process ends.
 
-    The function does nothing on systems without file locks.
+    The function does nothing on a file system without locks.
     """
     with suppress(OSError):
         while True:

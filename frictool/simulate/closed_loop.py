@@ -99,9 +99,10 @@ def simulate_closed_loop(
     """Simulate a scenario with a controller and each plant variant; return the log.
 
     The log has a stream for each variant, metadata and warnings. `progress(done, total)` is called
-    with numbers of variants. `names` are the names of the documents in messages. Raises
-    InputFileError if the documents do not fit together, LogError if the log to replay lacks data,
-    NoSolutionError if a variant cannot be simulated.
+    with numbers of variants; with numbers of samples for a single variant of a mechanism. `names`
+    are the names of the documents in messages. Raises InputFileError if the documents do not fit
+    together, LogError if the log to replay lacks data, NoSolutionError if a variant cannot be
+    simulated.
     """
     if isinstance(plant, Model):
         axis = AxisPlant(plant)

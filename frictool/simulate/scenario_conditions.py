@@ -53,8 +53,8 @@ def conditions_of(
     """Return the disturbances, drifts and faults (samples, 8) of a scenario.
 
     engine/disturbances_and_faults.py names the columns. The result has the shape (0, 8) if the
-    scenario contains none. factors: factors of `viscous` and `coulomb` friction at the temperature
-    of the scenario.
+    scenario contains none and `factors` is empty. factors: factors of `viscous` and `coulomb`
+    friction at the temperature of the scenario.
     """
     happening = scenario.disturbances or scenario.drifts is not None or scenario.sensor_faults
     if not happening and not factors:

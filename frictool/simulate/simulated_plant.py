@@ -86,7 +86,8 @@ class SimulatedLoop(NamedTuple):
       (engine/disturbances_and_faults.py)
     - scheduled: one mapping for each variant, from the node index of a scheduled parameter in
       `program` to its value
-    - progress: progress(done, total) is called with numbers of variants
+    - progress: progress(done, total) is called with numbers of variants; with numbers of samples
+      for a single variant of a mechanism
     """
 
     controller: Controller

@@ -47,7 +47,8 @@ def simulate(
     names : DocumentNames
         Names of the documents in messages.
     progress : callable
-        Function that is called with the completed and the total number of variants.
+        Function that is called with the completed and the total number of variants; of samples
+        for a single variant of a mechanism.
 
     Returns
     -------

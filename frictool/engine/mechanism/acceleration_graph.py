@@ -1,7 +1,7 @@
 """Force Lambda(x) that a tree of joints needs for an acceleration x of its root; zeros of Lambda.
 
-Without an external force on the root, the acceleration x solves Lambda(x) = 0. Lambda is piecewise
-linear (engine/mechanism/tree_solver.py).
+Lambda includes all efforts on the blocks of the tree; the acceleration x therefore solves
+Lambda(x) = 0. Lambda is piecewise linear (engine/mechanism/tree_solver.py).
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ INDEX_ROWS: Any = types.int64[:, ::1]
 
 
 def record_type(record: type, *fields: Any) -> Any:
-    """Return the numba type of a NamedTuple class; the class's annotations are numba types."""
+    """Return the numba type of a NamedTuple class whose fields have the numba types `fields`."""
     return types.BaseTuple.from_types(fields, record)  # type: ignore[no-untyped-call]  # numba has no types
 
 

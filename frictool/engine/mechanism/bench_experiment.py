@@ -77,9 +77,9 @@ def play_ramps(
 ) -> int:
     """Apply the drive values `rows` (n,) of a ramp test to a mechanism.
 
-    The arguments are those of `play_ramps` in engine/bench_experiment.py. `position` and `drive`
-    (n,) are filled; played (1,) is set to the number of applied values. Returns a status of
-    engine/status_codes.py.
+    segment, following, turning, rules, delay: as in `play_ramps` of engine/bench_experiment.py. The
+    other arguments are those of `play_reference`. `position` and `drive` (n,) are filled; played
+    (1,) is set to the number of applied values. Returns a status of engine/status_codes.py.
     """
     waiting = np.zeros(delay + 1)
     progress = RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step))

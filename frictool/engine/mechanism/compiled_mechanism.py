@@ -184,7 +184,7 @@ def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
 
 
 def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
-    """Return the sections of a mechanism as two arrays.
+    """Return a mechanism as two arrays of sections and the addresses of its friction laws.
 
     Raises ValueError if the joints have no solution, or a friction law is not in the registry.
     """

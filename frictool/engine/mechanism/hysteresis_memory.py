@@ -1,4 +1,4 @@
-"""Memory of past reversals in dynamic laws, which is updated after accepted steps only.
+"""Memory of dynamic laws, for example of past reversals, updated after accepted steps only.
 
 A step ends at each reversal, because the memory must register the reversal.
 """
