@@ -11,8 +11,8 @@ A constant effort is valid data only
 The effort of a stroke is implausible if two conditions hold. For most of the motion, the effort
 stays within a narrow interval of values, here called the band. In this part of the motion, the
 acceleration changes, and this change times the smallest inertia of the bench is several times the
-width of the band. If most such strokes of a direction have the same effort, every stroke of this
-direction with that constant effort is removed.
+width of the band. If at least three quarters of such strokes of a direction have the same effort,
+the samples with this constant effort are removed from every stroke of the direction.
 """
 
 from __future__ import annotations

@@ -124,7 +124,7 @@ class SlidingFit:
     - method, why: name of the method, and the reason if it was chosen automatically
     - dropped: parameters that were set to 0, since this does not worsen the prediction of strokes
       left out of the fit
-    - fixed: intervals, from the bench, of the parameters that were not fitted
+    - fixed: intervals, within the bench's, of the parameters that were not fitted
     - force_error: force error (`force_error.py`), comparable between methods; None if no sample
       slips
     - tried: models that were compared

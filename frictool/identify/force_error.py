@@ -8,10 +8,10 @@ smoothing by a zero-phase kernel (`rows/smoothing.py`). All signals are smoothed
 errors outside the frequency band of the motion have no influence. The rms is taken over the samples
 that certainly slip (`rows/slip_mask.py`).
 
-The length of the smoothing window is chosen such that noise of the encoder is 0.75 % of the
-acceleration; the length is at most a sixth of a stroke. If the axis never slips during a whole
-window, the window is shortened. The window depends on the log only, so that methods can be
-compared.
+The length of the smoothing window is chosen such that the encoder's noise in the acceleration is
+0.75 % of the acceleration; the length is at most a sixth of a stroke. If the axis never slips
+during a whole window, the window is shortened. The window depends on the log only, so that methods
+can be compared.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ class _Samples:
 
 
 def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | None:
-    """Return the saturation of a record's effort, or None if the effort does not saturate.
+    """Return the saturation of a record's effort, or None if the record shows none.
 
     Raises UnusableLogs if a declared load needs a position that was not measured.
     """

@@ -46,7 +46,7 @@ from frictool.identify.sliding_parameters import (
 )
 from frictool.identify.unmodelled_effects import WidenedFit
 
-# `identify` writes a model only if at least one of these parameters is identified
+# `identify_records` raises NothingIdentified unless at least one of these is identified
 PHYSICAL = frozenset(NEVER_NEGATIVE)
 ORDER = (*PARAMETERS, *CURVE)  # order of parameters in a model and its views
 

@@ -85,8 +85,9 @@ def accept(
 ) -> Outcome:
     """Return an outcome in which informative intervals are identified and the others refused.
 
-    If a refused interval overlaps the range of the parameter in bench.yaml, the outcome contains
-    their intersection. `reasons` contains parameters that the method has refused, with the reasons.
+    If an interval that this function refuses narrows the range of the parameter in bench.yaml, the
+    outcome contains their intersection. `reasons` contains parameters that the method has refused,
+    with the reasons.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})

@@ -72,8 +72,8 @@ class Assessment(ResultView):
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
-    - drive: shortest times in which the drive allows a position step; None if the distance of the
-      step is unknown
+    - drive: shortest times to 95 % of a position step that the drive allows; None if the distance
+      of the step is unknown
     """
 
     bench: Bench

@@ -22,7 +22,7 @@ PRESLIDING = {"linear": 1e-5, "rotary": 1e-3}  # m (table 3.1); rad (10 um at a 
 class AssessmentInputs:
     """Inputs of the assessment, in SI units.
 
-    - axis: a-priori inertia, friction and loads of the axis
+    - axis: a-priori inertia, friction, backlash and loads of the axis
     - sensing: sample period, encoder step, noise of the effort
     - speed, effort: largest speed, rad/s | m/s, and largest effort, N m | N
     - strokes: strokes of the proposed sines
@@ -130,7 +130,7 @@ def time_constants(bench: Bench) -> tuple[float, float]:
 
 
 def known_widths(bench: Bench) -> dict[str, float]:
-    """Return the relative half width of each a-priori interval in the bench."""
+    """Return the relative half width of the a-priori interval of each parameter that has one."""
     names = ("inertia", "viscous", "coulomb", "breakaway")
     return {
         name: width for name in names if (width := _width(getattr(bench.mechanics, name))) > 0.0

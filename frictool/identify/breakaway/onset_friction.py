@@ -215,7 +215,8 @@ class OnsetData:
     ) -> StribeckVelocityRange:
         """Return the Stribeck curves that agree with the onsets.
 
-        A curve is included if it agrees for any parameters within the intervals `axis`.
+        A curve is included if it agrees for the values in `axis`, or with one parameter at an end
+        of its interval.
         """
         nominal = {name: known.value for name, known in axis.items()}
         ends = [

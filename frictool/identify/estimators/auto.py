@@ -184,9 +184,11 @@ def _of_runs(
 ) -> SlidingFit:
     """Return the Stribeck curve of the parts at constant speed, or a fit of whole strokes.
 
-    The fit of whole strokes (`_of_strokes`) is returned if it has all sliding parameters and
-    friction does not fall with speed. Otherwise the curve is fitted with the inertia of the whole
-    strokes, if they determine it. Raises UnusableLogs if the parts do not determine a curve.
+    The fit of whole strokes (`_of_strokes`) is returned if it has inertia, viscous friction and
+    Coulomb friction, the interval of the inertia is informative (`why_uninformative`), and friction
+    does not fall with speed. Otherwise the curve is fitted with this inertia or, if its interval is
+    not informative, with the inertia in bench.yaml. Raises UnusableLogs if the parts do not
+    determine a curve.
     """
     why = "most of the motion consists of runs at constant speed"
     curve = run(STRIBECK_CURVE, records, bench, settings)
@@ -210,9 +212,9 @@ def _of_runs(
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
     """Return whether a parameter can be identified, with which precision, and by which method.
 
-    The interval must have at most the relative half width WANTED. If the logs cannot reach this
-    precision, a coarser one is required instead: the relative half width of the interval of the
-    parameter in bench.yaml, or 1 (100 %) if the bench has no interval.
+    The interval must have at most the relative half width WANTED, or that of the interval in
+    bench.yaml if this is smaller. If the logs cannot reach this precision, the half width of the
+    interval in bench.yaml is required instead, or 1 (100 %) if the bench has no interval.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))
@@ -240,7 +242,7 @@ def inertia_over_position(
 
 
 def joined(fit: SlidingFit, other: SlidingFit, method: str, why: str) -> SlidingFit:
-    """Return `fit` with the inertia of `other`, which is a fit by the weak form or by output error.
+    """Return `fit` with the inertia of `other`, which is a fit by another method.
 
     `method` and `why` are the method of `other` and the reason for using it; both are added to the
     text `why` of the result.

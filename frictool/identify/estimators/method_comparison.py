@@ -11,10 +11,10 @@ within a tenth of the smallest is chosen. The order of preference is: the method
 scheme of `auto` prefers, other regressions, output error. Output error is rejected if a parameter
 of the regression with the same load terms lies outside the interval by output error.
 
-If the bench declares a disturbing effect (`rows/effects.py`), the preferred method is used without
-a comparison, because the effect cannot be simulated. If the logs are too short to be halved, the
-regressions are compared on the logs of the fit. Output error is then no candidate, because it
-minimises the compared error.
+If the fit includes a disturbing effect (`rows/effects.py`), which the bench declares or `auto` has
+found, the preferred method is used without a comparison, because the effect cannot be simulated. If
+the logs are too short to be halved, the regressions are compared on the logs of the fit. Output
+error is then no candidate, because it minimises the compared error.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ class HeldOutPrediction:
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - values: parameters fitted to each half, SI
     - errors: rms prediction error [rad | m] of each set of terms that was compared; the key joins
-      the terms with "_"
+      the terms with "_", and is "sliding" without terms
     """
 
     terms: tuple[str, ...]

@@ -27,7 +27,8 @@ from frictool.identify.excite.breakaway_ramps import (
 from frictool.identify.excite.precise_strokes import QUANTILE, PreciseTest, PrecisionRequest
 
 RATES = np.geomspace(0.02, 1.0, 35)  # relative to the rate of `excite --kind breakaway`
-FEWEST_ONSETS = 24  # least number of onsets in both directions together
+# least number of onsets in both directions together; `identify` needs 5, and may drop half
+FEWEST_ONSETS = 24
 
 
 def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:

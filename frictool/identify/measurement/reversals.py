@@ -10,8 +10,8 @@ acts. In the search for the width, [advance < width] is smoothed over an encoder
 
 The delay is a linear parameter. Its estimation is repeated, with the effort shifted by the previous
 delay, until the remaining delay is nearly 0. Rows inside the backlash are not used for the delay,
-because the motor's friction looks like a delay. For this purpose, the backlash is the wider of the
-estimate and the value in bench.yaml.
+because the motor's friction looks like a delay. For this purpose, the backlash is the larger of two
+upper ends: that of the estimated interval, and that of the interval in bench.yaml.
 
 Schwarz's criterion (BIC) decides whether there is a backlash. The intervals come from a jackknife
 over strokes; the position of a reversal is known to within a count.

@@ -55,7 +55,7 @@ def element_paths(
     """Compute the deflections of m Maxwell-slip elements along a path.
 
     - position: positions of the path, (n,), rad | m
-    - starts: True for the first row of a record, before which all deflections are 0, (n,)
+    - starts: True for the first row of a record, at which all deflections are 0, (n,)
     - displacement: yield displacement of each element, (m,), rad | m
     - out: result, deflections, (n, m), rad | m
     """

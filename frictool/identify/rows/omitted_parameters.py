@@ -1,7 +1,7 @@
 """Widening of intervals by parameters of the machine that a regression does not fit.
 
-A fixed parameter is not fitted, but has the value that `bench.yaml` states. The interval that
-`bench.yaml` states for it widens the intervals of the fitted parameters.
+A fixed parameter is not fitted, but has a given value, for example that in `bench.yaml` or that of
+another fit. Its interval widens the intervals of the fitted parameters.
 
 A hidden load is a declared load that the motion cannot separate from the other parameters, because
 the travel is too short (`load_columns.indistinct_terms`). Its value in the model is 0, and its
