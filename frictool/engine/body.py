@@ -59,8 +59,8 @@ class FrictionBody:
 
     slip_force: kernel (v, direction, law) -> force. law: parameters of this kernel. `breakaway`,
     `coulomb`, `viscous` and `viscous_beyond` are pairs (backward, forward), >= 0; `stops` is (low,
-    high). tolerance: allowed error of the speed where the motion is integrated in steps, relative to
-    the speed but at least to a fraction of `speed_scale` (engine/motion_pieces.py `layer_piece`).
+    high). tolerance: allowed error of the speed while the motion is integrated in steps, relative
+    to the speed but at least to a fraction of `speed_scale` (motion_pieces.py `layer_piece`).
     """
 
     mass: float

@@ -101,7 +101,7 @@ def simulate_closed_loop(
     The log has a stream for each variant, metadata and warnings. `progress(done, total)` is called
     with numbers of variants; with numbers of samples for a single variant of a mechanism. `names`
     are the names of the documents in messages. Raises InputFileError if the documents do not fit
-    together, LogError if the log to replay lacks data, NoSolutionError if a variant cannot be
+    together, LogError if the log cannot be replayed, NoSolutionError if a variant cannot be
     simulated.
     """
     if isinstance(plant, Model):
