@@ -70,7 +70,7 @@ def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
     """Return `±` if friction differs between rising and falling speed, else `-`.
 
     The mass slides with oscillating speed. `+` would need a law with the delay of thesis 3.4.2.3 as
-    a parameter; no law has this delay.
+    a parameter; no law has such a parameter.
     """
     period = setting.scales.time / MEMORY_FREQUENCY
     phase = 2.0 * math.pi * (np.arange(2 * MEMORY_STEPS) + 0.5) / MEMORY_STEPS

@@ -69,8 +69,9 @@ class SwitchedGains:
     """Gains L_i (n, m) of each mode, and the bound `gamma` of the effect of the model error.
 
     gamma is proved by thesis (6.9) with the matrices P_i. decay: lambda. smallest_gamma: smallest
-    gamma of (6.6) for lambda = 1. t: scaling of the states. p: P_i for the scaled states t^-1 x; in
-    SI units, rounding errors would hide the decrease of e' P_i e.
+    gamma for lambda = 1 (in `QuietGains`: for the requested lambda). t: scaling of the states. p:
+    P_i for the scaled states t^-1 x; in SI units, rounding errors would hide the decrease of
+    e' P_i e.
     """
 
     gains: dict[int, Matrix]

@@ -172,9 +172,10 @@ class SynthesisProblem:
         )
 
     def check(self, k: Lti) -> None:
-        """Raise NoSolutionError if a sampled loop has less than the specified modulus margin.
+        """Raise NoSolutionError if a sampled loop is unstable or has too small a modulus margin.
 
         The loops are those of the controller `k`, in continuous or discrete time, with each vertex.
+        The specification states the required margin.
         """
         running = self.discretised(k)
         required = self.spec.modulus_margin or 0.0

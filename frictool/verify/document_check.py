@@ -190,10 +190,9 @@ def _compare(where: str, stated: float, recomputed: float, delay_samples: int) -
 
 
 def _resonant(controller: Controller) -> None:
-    """Check the loops with the document's resonances at each stored delay.
+    """Check the loops with the document's resonances at each stored delay >= `delay_samples`.
 
-    All loops must be stable. At the computational delay of the bench, they must also have the
-    specified margin.
+    All loops must be stable. At `delay_samples`, they must also have the specified margin.
     """
     resonances = controller.resonances
     if resonances is None:
