@@ -135,7 +135,7 @@ def mark_used(folder: Path) -> None:
                 break
             os.close(handle)
             folder.mkdir(parents=True, exist_ok=True)
-        os.utime(handle)
+        os.utime(folder / USED)  # Windows takes no handle
         _held.append(handle)
 
 
