@@ -221,5 +221,5 @@ def test_a_method_that_does_not_know_a_declared_load_is_refused(
         *options,
     )
     assert result.code == 1
-    assert "cannot fit load.terms of the bench, offset, spring" in result.stdout + result.stderr
+    assert "cannot fit load.terms of the bench (offset, spring)" in result.stdout + result.stderr
     assert not target.exists()

@@ -224,7 +224,10 @@ def written(folder: Path, text: str) -> Path:
     [
         ("{terms: [offset, sprin]}", ("load.terms[1]", "did you mean 'spring'")),
         ("{terms: [spring, spring]}", ("twice",)),
-        ("{terms: [offset, coulomb_by_direction]}", ("cannot separate offset",)),
+        (
+            "{terms: [offset, coulomb_by_direction]}",
+            ("offset and coulomb_by_direction, which cannot be distinguished",),
+        ),
         ("{terms: [ripple]}", ("cycles",)),
         ("{terms: [], ripple: {cycles: 7, per: {value: 1, unit: turn}}}", ("term",)),
         ("{terms: [ripple], ripple: {cycles: 0, per: {value: 1, unit: turn}}}", ("cycles",)),

@@ -255,7 +255,7 @@ def test_dependent_regressors_are_refused_with_their_condition() -> None:
     columns = np.column_stack((np.cos(turn), np.cos(turn) + 1e-13 * np.sin(turn)))
     unit = columns / np.linalg.norm(columns, axis=0)
     expected = np.linalg.cond(unit)
-    with pytest.raises(SingularRegressors, match=r"dependent \(condition \S+\)") as refused:
+    with pytest.raises(SingularRegressors, match=r"dependent \(condition number \S+\)") as refused:
         newey_west(columns, np.ones(40), 2)
     told = float(str(refused.value).split()[-1].rstrip(")"))
     assert told == pytest.approx(expected, rel=0.1)
