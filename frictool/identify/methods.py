@@ -383,6 +383,6 @@ def _check(method: str, records: list[MotionRecord], bench: Bench) -> None:
     if bench.load is not None and bench.load.terms != ("offset",) and not METHODS[method].load:
         able = ", ".join(name for name, row in METHODS.items() if row.load)
         raise UnusableLogs(
-            f"{method} cannot fit load.terms of the bench, "
-            f"{', '.join(bench.load.terms) or 'none'}; these methods can: {able}"
+            f"{method} cannot fit load.terms of the bench "
+            f"({', '.join(bench.load.terms) or 'none'}); these methods can: {able}"
         )

@@ -197,7 +197,7 @@ def test_methods_that_do_not_know_them_refuse(method: str) -> None:
     axis = loaded_axis(0, "spring")
     with pytest.raises(
         UnusableLogs,
-        match=f"{method} cannot fit load.terms of the bench, offset, spring; "
+        match=rf"{method} cannot fit load.terms of the bench \(offset, spring\); "
         "these methods can: auto",
     ):
         run(method, [axis.record], axis.bench, IdentificationSettings())
