@@ -108,26 +108,34 @@ class EffectRegression:
 
         The bins divide the position, and the velocity separately for each sign of the acceleration.
         """
-        rows = self.rows
-        columns = rows.table(self.used)
-        position = rows.samples.loads.get(TERMS[SPRING][0])
-        groups = [_states(rows.samples)]
-        groups += [] if position is None else [equal_bins(position, BINS)]
-        residual = rows.residual(self.used)
-        variance = shared_variance(columns, residual, rows.samples.stroke, groups)
-        variance += self._variance_by_noise(columns)
-        factor = float(scipy.special.stdtrit(BINS - columns.shape[1], 0.5 + 0.5 * self.confidence))
-        names = [rows.names[k] for k in rows.columns(self.used)]
+        scatter = self.scatter()
         out = {}
         for name in self.names:
-            more = factor * np.sqrt(variance[names.index(name)])
-            half = float(np.hypot(parameters[name].half_width, more))
+            half = float(np.hypot(parameters[name].half_width, scatter[name]))
             out[name] = Interval.around(parameters[name].value, half)
         return out
 
-    def _variance_by_noise(self, columns: Matrix) -> Vector:
+    def scatter(self, more: Sequence[Hypothesis] = ()) -> dict[str, float]:
+        """Return the half width that the scatter of the residual between bins adds to intervals.
+
+        The model is extended by the hypotheses `more`. The result contains all its parameters.
+        """
+        rows = self.rows
+        used = [*self.used, *more]
+        columns = rows.table(used)
+        position = rows.samples.loads.get(TERMS[SPRING][0])
+        groups = [_states(rows.samples)]
+        groups += [] if position is None else [equal_bins(position, BINS)]
+        variance = shared_variance(columns, rows.residual(used), rows.samples.stroke, groups)
+        variance += self._variance_by_noise(columns, used)
+        factor = float(scipy.special.stdtrit(BINS - columns.shape[1], 0.5 + 0.5 * self.confidence))
+        names = [rows.names[k] for k in rows.columns(used)]
+        return dict(zip(names, (factor * np.sqrt(variance)).tolist(), strict=True))
+
+    def _variance_by_noise(self, columns: Matrix, used: Sequence[Hypothesis]) -> Vector:
         """Return the variance (p,) of the parameters due to noise of the acceleration.
 
+        `columns` (n, p) are the regressors of a fit with the hypotheses `used`.
         The variance is 0 unless viscous friction depends on few rows (FEW_ROWS). The noise is
         assumed to be equal in all strokes, so that more strokes do not reduce the variance, and
         independent between the rows of a stroke. The rms noise is at most the rms residual, since
@@ -136,16 +144,16 @@ class EffectRegression:
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)
         influence = np.linalg.pinv(columns / scale) ** 2 / scale[:, None] ** 2
-        names = [rows.names[k] for k in rows.columns(self.used)]
+        names = [rows.names[k] for k in rows.columns(used)]
         if "viscous" not in names:
             return np.zeros(scale.size)
         viscous = influence[names.index("viscous")]
         if np.sum(viscous) ** 2 > FEW_ROWS * viscous.size * np.sum(viscous**2):
             return np.zeros(scale.size)
         fixed = rows.samples.fixed.get("inertia")
-        inertia = float(rows.fitted(rows.columns(self.used))[0]) if fixed is None else fixed.value
+        inertia = float(rows.fitted(rows.columns(used))[0]) if fixed is None else fixed.value
         strokes = np.unique(rows.samples.stroke).size
-        left = float(np.sqrt(np.mean(rows.residual(self.used) ** 2)))
+        left = float(np.sqrt(np.mean(rows.residual(used) ** 2)))
         noise = min(inertia * rows.noise, left)
         return np.asarray(noise**2 * strokes * np.sum(influence, axis=1))
 
@@ -234,7 +242,7 @@ class EffectRegression:
         late = next((one for one in self.free if one.term == DELAY), None)
         if late is None:
             return None
-        rates = self._rates(late)
+        rates = self.rates(late)
         rates |= {name: one for name, one in slopes.items() if name in rates}
         before = self.intervals([late]).get(DELAY)
         found = smoother.intervals([late]).get(DELAY)
@@ -255,7 +263,7 @@ class EffectRegression:
             scatter={name: delay.half_width * abs(one) for name, one in rates.items()},
         )
 
-    def _rates(self, effect: Hypothesis) -> dict[str, float]:
+    def rates(self, effect: Hypothesis) -> dict[str, float]:
         """Return the change of each free parameter per unit of the coefficient of `effect`.
 
         The effect has one coefficient. The result is empty if the rows do not determine this

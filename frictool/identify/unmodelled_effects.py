@@ -1,7 +1,7 @@
 """Widening of intervals by effects that the model does not include and the residual shows.
 
 An effect that the model lacks leaves the same residual in every stroke. The scatter between strokes
-therefore does not show the resulting error. Eight sources of this error are examined
+therefore does not show the resulting error. Nine sources of this error are examined
 (docs/theory/identify_effects.md). The first adds a variance; the others shift the parameters:
 
 1. Residuals that repeat at the same positions, or at the same velocities and signs of the
@@ -23,6 +23,8 @@ therefore does not show the resulting error. Eight sources of this error are exa
    paragraph).
 8. Higher orders of friction over position, if the fit includes the first orders
    (`further_orders.py`).
+9. A spring, and viscous friction that differs by direction, which the residual hides, if a part
+   of the residual lasts longer than the smoothing windows (`hidden_effects.py`).
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, where half is the half width, because effects
@@ -61,6 +63,7 @@ from frictool.identify.estimators.explanation_search import NOTICEABLE
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.further_orders import further_orders
+from frictool.identify.hidden_effects import hidden_effects
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
@@ -129,22 +132,35 @@ def widened(
     gain = regression.encoder_gain(LOCAL_GAIN)
     further = further_orders(regression)
     moved += [one for one in (timing, gain, further) if one is not None]
-    for one in (*accepted, *moved):
-        for name, shift in one.shift.items():
-            if name in parameters:
-                known = getattr(bench.mechanics, name)
-                end = _moved(fit.parameters[name], shift, one.scatter.get(name, 0.0), known)
-                parameters[name] = _hull(parameters[name], end)
+    parameters = _with_shifts(parameters, fit, bench, (*accepted, *moved))
+    wide = _with_shifts(parameters, fit, bench, hidden_effects(regression))
     noticeable = [one for one in accepted if one.held_out < NOTICEABLE]
     best = min(noticeable, key=lambda one: one.significance, default=None)
     if best is None or best.significance > CERTAIN:
-        return WidenedFit(replace(fit, parameters=parameters))
+        return WidenedFit(replace(fit, parameters=wide))
     ratios = {
         name: one.half_width / plain.parameters[name].half_width
         for name, one in parameters.items()
         if one.half_width > NOTABLE * plain.parameters[name].half_width > 0.0
     }
-    return WidenedFit(replace(fit, parameters=parameters), best.what[-1], ratios)
+    return WidenedFit(replace(fit, parameters=wide), best.what[-1], ratios)
+
+
+def _with_shifts(
+    parameters: Mapping[str, Interval],
+    fit: SlidingFit,
+    bench: Bench,
+    effects: Sequence[AcceptedEffects],
+) -> dict[str, Interval]:
+    """Return `parameters`, extended by the intervals of `fit` after the shifts by `effects`."""
+    out = dict(parameters)
+    for one in effects:
+        for name, shift in one.shift.items():
+            if name in out:
+                known = getattr(bench.mechanics, name)
+                end = _moved(fit.parameters[name], shift, one.scatter.get(name, 0.0), known)
+                out[name] = _hull(out[name], end)
+    return out
 
 
 def _of_windows(

@@ -174,6 +174,7 @@ def test_noise_of_the_acceleration_adds_a_variance_if_few_rows_determine_viscous
     result = least_squares([record], machine.bench, SETTINGS)
     regression = effect_regression(result, [record], machine.bench, 0.95)
     assert regression is not None
-    variance = regression._variance_by_noise(regression.rows.table(regression.used))
+    used = regression.used
+    variance = regression._variance_by_noise(regression.rows.table(used), used)
     assert bool(np.all(variance > 0.0)) is few
     assert bool(np.all(variance == 0.0)) is not few

@@ -1,0 +1,100 @@
+"""Widening of intervals by two effects that resemble a parameter and are not in the model.
+
+A spring resembles the inertia, because position and acceleration are proportional in a sine.
+Viscous friction that differs by direction resembles the offset: with the velocity v it adds an
+effort c |v|, and |v| is nearly constant in strokes of one speed. The residual hides both effects,
+and a test of their coefficients seldom rejects 0, although real machines have such effects.
+
+Each effect is tried alone. Before the fit, its coefficient has a normal distribution with mean 0.
+The standard deviation makes the rms effort of the effect equal to the rms of the lasting part of
+the residual: a machine that shows other effects outside the model may have this one, too. If no
+part of the residual lasts, no interval is widened.
+
+The square of the lasting part is the covariance of residuals of one stroke that are LASTING windows
+apart. Noise of effort and encoder does not contribute to it, because smoothing correlates noise
+over one window only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
+from frictool.identify.estimators.explanation_search import ROWS_PER_WINDOW
+from frictool.identify.rows.effects import Hypothesis
+from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, SPRING
+from frictool.typing import IntVector, Vector
+
+LASTING = 2  # distance of the compared residuals, in smoothing windows
+
+
+def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
+    """Return the shifts of the parameters by a spring, and by viscous friction by direction.
+
+    The result lacks effects that the model includes or that the rows do not determine. It is empty
+    if no part of the residual lasts.
+    """
+    rows = regression.rows
+    residual = rows.residual(regression.used)
+    lag = LASTING * ROWS_PER_WINDOW
+    lasting = lasting_rms(residual, rows.samples.stroke, lag, regression.confidence)
+    tried = [one for one in regression.free if one.term in (SPRING, DIRECTION)]
+    shifts = [_shift(regression, one, lasting) for one in tried] if lasting > 0.0 else []
+    return [one for one in shifts if one is not None]
+
+
+def _shift(
+    regression: EffectRegression, effect: Hypothesis, lasting: float
+) -> AcceptedEffects | None:
+    """Return the shift by an effect whose rms effort has the standard deviation `lasting`."""
+    (column,) = effect.names
+    fitted = regression.intervals([effect]).get(column)
+    rates = regression.rates(effect)
+    if fitted is None or not rates or not np.isfinite(fitted.half_width):
+        return None
+    samples = regression.rows.samples
+    values = samples.loads[column]
+    if effect.term == DIRECTION:
+        # the column is v backward and 0 forward, hence (v - |v|)/2; viscous is the mean of both
+        size = 0.5 * float(np.sqrt(np.mean(samples.velocity**2)))
+        centred = {"viscous": 0.5}
+    else:
+        size = float(np.std(values))
+        # without a load in the model, the offset includes the mean load
+        alone = all(one.term != GRAVITY for one in regression.used)
+        centred = {"offset": float(np.mean(values))} if alone else {}
+    rates = {name: rate + centred.get(name, 0.0) for name, rate in rates.items()}
+    quantile = float(scipy.special.ndtri(0.5 + 0.5 * regression.confidence))
+    known = quantile * lasting / size
+    half = float(np.hypot(fitted.half_width, regression.scatter([effect])[column]))
+    weight = known**2 / (known**2 + half**2)
+    return AcceptedEffects(
+        (effect.what,),
+        1.0,
+        {name: weight * fitted.value * rate for name, rate in rates.items()},
+        scatter={name: float(np.sqrt(weight)) * half * abs(one) for name, one in rates.items()},
+    )
+
+
+def lasting_rms(residual: Vector, stroke: IntVector, lag: int, confidence: float) -> float:
+    """Return the rms of the part of the residual that lasts longer than `lag` rows.
+
+    Its square is the mean product of two residuals of a stroke that are `lag` rows apart. The
+    result is 0 unless this mean is positive by Student's test of the strokes at the level
+    `confidence`.
+
+    - residual: residuals of the fit in the order of time, (n,)
+    - stroke: number of the stroke of each row, (n,)
+    """
+    same = stroke[lag:] == stroke[:-lag]
+    products = (residual[lag:] * residual[:-lag])[same]
+    index = np.unique(stroke[lag:][same], return_inverse=True)[1]
+    count = int(index.max(initial=-1)) + 1
+    if count < 2:
+        return 0.0
+    mean = float(np.mean(products))
+    deviations = np.bincount(index, products - mean)
+    error = float(np.sqrt(count / (count - 1) * np.sum(deviations**2))) / products.size
+    lasts = mean > float(scipy.special.stdtrit(count - 1, confidence)) * error
+    return float(np.sqrt(mean)) if lasts else 0.0
