@@ -25,17 +25,24 @@ from frictool.identify.rows.slip_fit import known_inertia
 
 # largest rms effort of a drive that is off, divided by smallest inertia times rms acceleration
 LARGEST_EFFORT = 0.05
+# and its largest deviation from its median, divided by the effort at the drive's limit: noise
+LARGEST_NOISE = 0.1
 LARGEST_MISFIT = 0.5  # largest rms residual, divided by inertia times rms acceleration
 DRIVE_OFF = "the drive was off; such a log shows friction relative to the inertia only"
 
 
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
-    """Return True if the effort is too small to have caused the acceleration.
+    """Return True if the effort is noise, and too small to have caused the acceleration.
 
     The rms effort is then below 5 % of the product of the rms acceleration and the smallest
-    inertia, which is the lower end of the interval in bench.yaml.
+    inertia, which is the lower end of the interval in bench.yaml. Without the condition on the
+    noise, a driven log would look like this if bench.yaml states far too large an inertia.
     """
     if not rows:
+        return False
+    efforts = np.concatenate([one.effort for one in rows])
+    limit = bench.actuator.limit.value * bench.actuator.constant.value
+    if float(np.max(np.abs(efforts - np.median(efforts)))) > LARGEST_NOISE * limit:
         return False
     effort = float(np.sqrt(sum(np.sum(one.effort**2) for one in rows)))
     acceleration = float(np.sqrt(sum(np.sum(one.acceleration**2) for one in rows)))
@@ -50,7 +57,8 @@ def coast_down(
 ) -> SlidingFit:
     """Fit friction and declared loads to motion with the drive off.
 
-    Raises UnusableLogs if friction and declared loads do not explain the deceleration.
+    Raises UnusableLogs if friction and declared loads do not explain the deceleration, or if a
+    friction is negative, since then another force drove the axis.
     """
     inertia = known_inertia(bench)
     exact = Interval(inertia.value, inertia.value, inertia.value)
@@ -61,10 +69,16 @@ def coast_down(
     misfit = inertial_error(rows, values, fit.laws)
     if misfit > LARGEST_MISFIT:
         raise UnusableLogs(
-            f"while the drive was off, {100.0 * misfit:.3g} % of the deceleration is not explained "
-            f"by friction (allowed: {100.0 * LARGEST_MISFIT:g} %); if a load acts, declare "
-            "load.terms: [offset, spring] or [offset, gravity]"
+            f"the drive was off, and friction does not explain {100.0 * misfit:.3g} % of the "
+            f"deceleration (allowed: {100.0 * LARGEST_MISFIT:g} %): a hand moved the axis, or a "
+            "load; declare load.terms: [offset, spring] or [offset, gravity]"
         )
+    for name in ("viscous", "coulomb"):
+        if name in ratios.parameters and ratios.parameters[name].high < 0.0:
+            raise UnusableLogs(
+                f"the drive was off, and the log gives a negative {name} friction: something else, "
+                "such as a hand, moved the axis; record the drive, or let the axis coast freely"
+            )
     shown = _ratios(ratios, inertia.value, bench)
     return replace(
         fit,

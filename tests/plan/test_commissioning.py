@@ -231,6 +231,6 @@ def test_a_plan_says_at_which_temperature_its_vertices_hold(
     assert law.temperature is not None
     words = reference_words(law.temperature, vertices=True)
     assert f"the friction at {law.temperature.reference.value:.4g} degC is used, and the" in words
-    assert f"warning: {bench}: {words}; let the ranges of the bench include these" in said[1]
+    assert f"warning: {bench}: {words}; let the ranges in bench.yaml include these" in said[1]
     designed = run("synth", model, "--spec", spec, "--vertices-only", "-o", tmp_path / "c.yaml")
     assert f"warning: {model}: {words}; let the ranges" in designed.stderr

@@ -24,6 +24,10 @@ MOVED_COUNTS = 0.5  # least net distance of a motion, in counts
 # number of encoder changes used after an onset; later changes depend more on the inertia
 CHANGES_USED = 4
 FEWEST_ONSETS = 5
+FEWEST_SAMPLES = 12  # least number of samples of the line at the end of a ramp
+# change of a ramp's level at its end by curves that counts as curved: in standard deviations, and
+# relative to the level
+SIGNIFICANT, CURVED = 4.0, 2e-3
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
 # the ramp has ended if the effort is below the line by more than this many standard deviations
 LEFT_THE_RAMP = 5.0
@@ -125,7 +129,10 @@ def _onset(
 
     Return None if the effort is not a ramp or the motion is too small.
     """
-    ramp = slice(start + (end - start) // 2, end)
+    first = _straight_from(record, start + (end - start) // 2, end)
+    if first is None:
+        return None
+    ramp = slice(first, end)
     time = record.time[ramp] - record.time[end]
     effort = direction * record.effort[ramp]
     if float(np.ptp(effort)) == 0.0:
@@ -162,6 +169,26 @@ def _onset(
         rested,
         _timing(time, distance, record),
     )
+
+
+def _straight_from(record: MotionRecord, first: int, end: int) -> int | None:
+    """Return the first sample of the line that the effort follows up to the sample `end`.
+
+    A knob turned by hand may pause or turn faster. The line is the longest of [first, end), its
+    second half, and so on, in which a cubic and a line have the same level at `end`, except for
+    noise or for CURVED of the level. None if even FEWEST_SAMPLES samples are curved.
+    """
+    while end - first >= FEWEST_SAMPLES:
+        effort = record.effort[first:end]
+        x = np.linspace(-1.0, 1.0, effort.size)
+        fit = np.polynomial.legendre.legfit(x, effort, 3)
+        noise = float(np.std(effort - np.polynomial.legendre.legval(x, fit)))
+        # standard deviation of the curve at its end, for independent noise
+        error = noise * np.sqrt((5.0 + 7.0) / effort.size)
+        if abs(fit[2]) + abs(fit[3]) <= max(SIGNIFICANT * error, CURVED * abs(float(np.sum(fit)))):
+            return first
+        first += (end - first) // 2
+    return None
 
 
 def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
