@@ -68,6 +68,9 @@ def coast_down(
     values |= {name: one.value for name, one in fit.parameters.items()}
     misfit = inertial_error(rows, values, fit.laws)
     if misfit > LARGEST_MISFIT:
+        for name in ("coulomb", "viscous"):
+            if name in fit.refused:  # the misfit contains this friction
+                raise UnusableLogs(fit.refused[name])
         raise UnusableLogs(
             f"the drive was off, and friction does not explain {100.0 * misfit:.3g} % of the "
             f"deceleration (allowed: {100.0 * LARGEST_MISFIT:g} %): a hand moved the axis, or a "
