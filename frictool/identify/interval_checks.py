@@ -96,7 +96,7 @@ def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> 
 
     The intersection contains the true value at the confidence of the interval, because the range in
     bench.yaml contains the true value. The value of the result is the point of the intersection
-    that is nearest to the value of `interval`.
+    that is nearest to the value of `interval`, and within the range in bench.yaml if possible.
 
     Parameters
     ----------
@@ -120,7 +120,8 @@ def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> 
     narrower = high - low < range_high - range_low
     if not math.isfinite(interval.half_width) or low > high or not narrower:
         return None
-    return Interval(min(max(interval.value, low), high), low, high)
+    value = min(max(interval.value, known.low), known.high)
+    return Interval(min(max(value, low), high), low, high)
 
 
 def contradicts(interval: Interval, known: Quantity | None) -> bool:

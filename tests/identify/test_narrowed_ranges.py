@@ -154,6 +154,14 @@ def test_the_range_holds_for_every_constant_of_the_actuator(
         assert inside.low <= measured <= inside.high
 
 
+def test_the_value_of_a_narrowed_range_is_one_that_the_bench_allows() -> None:
+    """With half of the constant, an inertia of 6 would be 3, the bench's upper end; but the value is
+    that with the nominal constant."""
+    constant = Quantity(1.0, 0.5, 2.0, "N m/A")
+    inside = narrowed(Interval(9.0, 1.0, 10.0), Quantity(1.0, 0.3, 3.0, "kg m^2"), constant)
+    assert inside == Interval(3.0, 1.0, 6.0)
+
+
 def test_a_range_without_an_overlap_is_stated_with_both_intervals() -> None:
     """The interval spans a factor of 50, so that the log's value cannot replace the bench's."""
     bench = clutch()
