@@ -155,8 +155,8 @@ def test_the_range_holds_for_every_constant_of_the_actuator(
 
 
 def test_the_value_of_a_narrowed_range_is_one_that_the_bench_allows() -> None:
-    """With half of the constant, an inertia of 6 would be 3, the bench's upper end; but the value is
-    that with the nominal constant."""
+    """With half of the constant, an inertia of 6 would be 3; the value is that with the nominal
+    constant, for which the bench allows at most 3."""
     constant = Quantity(1.0, 0.5, 2.0, "N m/A")
     inside = narrowed(Interval(9.0, 1.0, 10.0), Quantity(1.0, 0.3, 3.0, "kg m^2"), constant)
     assert inside == Interval(3.0, 1.0, 6.0)
