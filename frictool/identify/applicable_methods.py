@@ -31,6 +31,7 @@ def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str 
         name: why
         or (None if row.velocity else blind)
         or sliding
+        or _absent(stream, row.channel)
         or (_too_rough(stream) if row.differentiates else None)
         for name, row in METHODS.items()
     }
@@ -70,6 +71,10 @@ def _no_sliding(stream: StreamSurvey, kind: str | None) -> str | None:
             "friction from an offset"
         )
     return None
+
+
+def _absent(stream: StreamSurvey, channel: str | None) -> str | None:
+    return None if channel is None or channel in stream.signals else f"the log has no {channel}"
 
 
 def _too_rough(stream: StreamSurvey) -> str | None:

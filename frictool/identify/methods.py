@@ -37,6 +37,7 @@ class IdentificationMethod:
       REFERENCE.
     - differentiates: True if the method uses differences of samples without a filter. Such a method
       needs a fine encoder and a log without gaps.
+    - channel: channel that the method needs in addition to motion and drive, or None
     - comparison: True if the method serves only for comparison with published values. If its force
       error is large, its intervals are not widened for effects that the model lacks.
     - known_terms: name of the function that fits load terms that are already known, or None. This
@@ -52,6 +53,7 @@ class IdentificationMethod:
     known_inertia: bool = False
     whole_curve: bool = False
     differentiates: bool = False
+    channel: str | None = None
     comparison: bool = False
     known_terms: str | None = None
 
@@ -138,6 +140,7 @@ _ROWS = (
         "instrumental variables from the logged reference",
         "a noisy position, and a logged reference that the axis followed",
         ("window",),
+        channel="reference",
     ),
     IdentificationMethod(
         "total-least-squares",

@@ -113,9 +113,12 @@ def test_which_methods_a_log_can_feed():
             "least-squares": None,
             "inverse-dynamic": None,
             "sines": None,
+            "instrumental": "the log has no reference",
             "breakaway": "the log is not a ramp of the effort from rest (sines)",
         }.items()
     )
+    followed = with_signals(position=fine, effort=force, reference=fine)
+    assert told(followed)["instrumental"] is None
     coarse = 0.05 * np.rint(20.0 * fine)
     assert "one encoder count is" in str(
         told(with_signals(position=coarse, effort=force))["inverse-dynamic"]
