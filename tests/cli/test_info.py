@@ -228,10 +228,11 @@ def test_a_drive_in_another_stream_than_the_position_is_told_with_what_to_do(tmp
     assert facts(joined)["odd"] == []
     why = "the log is not a ramp of the effort from rest"
     fed = [line for line in run("info", joined).stdout.splitlines() if "suit" in line]
-    assert len(fed) == 2
+    assert len(fed) == 3
     assert fed[0].startswith("suits ")
     assert "least-squares, " in fed[0]
-    assert fed[1].startswith(f"does not suit breakaway: {why}")
+    assert fed[1] == "does not suit instrumental: the log has no reference"
+    assert fed[2].startswith(f"does not suit breakaway: {why}")
 
 
 def test_a_refusal_to_unpack_is_the_reason_that_is_given(tmp_path: Path):
