@@ -73,7 +73,7 @@ def coast_down(
                 raise UnusableLogs(fit.refused[name])
         raise UnusableLogs(
             f"the drive was off, and friction leaves {100.0 * misfit:.3g} % of the "
-            f"deceleration (allowed: {100.0 * LARGEST_MISFIT:g} %): a hand moved the axis, or a "
+            f"deceleration (at most {100.0 * LARGEST_MISFIT:g} %): a hand moved the axis, or a "
             "load; declare load.terms: [offset, spring] or [offset, gravity]"
         )
     for name in ("viscous", "coulomb"):
