@@ -72,10 +72,16 @@ def copy_forms(f: Forms) -> Forms:
 @bare_kernel
 def radius(f: Forms, a: int) -> float:
     """Return an upper bound of |value - center| for the affine form in row a."""
-    total = float(f.error[a])
-    for j in range(f.extent[a]):
-        total += abs(f.gen[a, j])
-    return total * GROWTH
+    count = f.extent[a]
+    one, two, three, four = float(f.error[a]), 0.0, 0.0, 0.0
+    for j in range(0, count - 3, 4):  # four sums: an addition need not wait for the last one
+        one += abs(f.gen[a, j])
+        two += abs(f.gen[a, j + 1])
+        three += abs(f.gen[a, j + 2])
+        four += abs(f.gen[a, j + 3])
+    for j in range(count - count % 4, count):
+        one += abs(f.gen[a, j])
+    return ((one + two) + (three + four)) * GROWTH
 
 
 @bare_kernel
@@ -125,6 +131,49 @@ def copy_row(f: Forms, d: int, a: int) -> None:
 
 
 @part_kernel
+def _sum_rows(f: Forms, d: int, ka: float, a: int, kb: float, b: int) -> float:
+    """Set the generators of row d to ka a + kb b; return the sum of the terms' magnitudes."""
+    ea = f.extent[a] if ka != 0.0 else 0
+    eb = f.extent[b] if kb != 0.0 else 0
+    both = min(ea, eb)
+    one, two, three, four = 0.0, 0.0, 0.0, 0.0
+    for j in range(0, both - 3, 4):  # four sums: an addition need not wait for the last one
+        x0, y0 = ka * f.gen[a, j], kb * f.gen[b, j]
+        x1, y1 = ka * f.gen[a, j + 1], kb * f.gen[b, j + 1]
+        x2, y2 = ka * f.gen[a, j + 2], kb * f.gen[b, j + 2]
+        x3, y3 = ka * f.gen[a, j + 3], kb * f.gen[b, j + 3]
+        f.gen[d, j] = x0 + y0
+        f.gen[d, j + 1] = x1 + y1
+        f.gen[d, j + 2] = x2 + y2
+        f.gen[d, j + 3] = x3 + y3
+        one += abs(x0) + abs(y0)
+        two += abs(x1) + abs(y1)
+        three += abs(x2) + abs(y2)
+        four += abs(x3) + abs(y3)
+    for j in range(both - both % 4, both):
+        x, y = ka * f.gen[a, j], kb * f.gen[b, j]
+        f.gen[d, j] = x + y
+        one += abs(x) + abs(y)
+    k, c, extent = (ka, a, ea) if ea > eb else (kb, b, eb)
+    for j in range(both, extent - 3, 4):
+        x0, x1 = k * f.gen[c, j], k * f.gen[c, j + 1]
+        x2, x3 = k * f.gen[c, j + 2], k * f.gen[c, j + 3]
+        f.gen[d, j] = x0
+        f.gen[d, j + 1] = x1
+        f.gen[d, j + 2] = x2
+        f.gen[d, j + 3] = x3
+        one += abs(x0)
+        two += abs(x1)
+        three += abs(x2)
+        four += abs(x3)
+    for j in range(extent - (extent - both) % 4, extent):
+        x = k * f.gen[c, j]
+        f.gen[d, j] = x
+        one += abs(x)
+    return (one + two) + (three + four)
+
+
+@part_kernel
 def combine(
     f: Forms, d: int, ka: float, a: int, kb: float, b: int, offset: float, error: float
 ) -> None:
@@ -132,17 +181,12 @@ def combine(
 
     error: half-width of an interval [-error, error] that is added to the result.
     """
-    ea, eb = f.extent[a], f.extent[b]
-    extent = max(ea, eb)
+    extent = max(f.extent[a] if ka != 0.0 else 0, f.extent[b] if kb != 0.0 else 0)
     size = abs(ka * f.center[a]) + abs(kb * f.center[b]) + abs(offset)
     exact = extent == 0 and f.error[a] == 0.0 and f.error[b] == 0.0 and error == 0.0
     f.center[d] = ka * f.center[a] + kb * f.center[b] + offset
     width = abs(ka) * f.error[a] + abs(kb) * f.error[b] + error
-    for j in range(extent):
-        x = ka * f.gen[a, j] if j < ea else 0.0
-        y = kb * f.gen[b, j] if j < eb else 0.0
-        f.gen[d, j] = x + y
-        size += abs(x) + abs(y)
+    size += _sum_rows(f, d, ka, a, kb, b)
     f.extent[d] = extent
     # numbers are computed as the controller computes them
     f.error[d] = 0.0 if exact else width * GROWTH + ROUND * size
@@ -155,15 +199,10 @@ def multiply(f: Forms, d: int, a: int, b: int) -> None:
     """Set row d to the product of the forms in rows a and b; d may be a or b."""
     ra, rb = radius(f, a), radius(f, b)
     ca, cb = f.center[a], f.center[b]
-    ea, eb = f.extent[a], f.extent[b]
-    extent = max(ea, eb)
+    extent = max(f.extent[a] if cb != 0.0 else 0, f.extent[b] if ca != 0.0 else 0)
     width = abs(cb) * f.error[a] + abs(ca) * f.error[b] + ra * rb
     size = abs(ca * cb)
-    for j in range(extent):
-        x = cb * f.gen[a, j] if j < ea else 0.0
-        y = ca * f.gen[b, j] if j < eb else 0.0
-        f.gen[d, j] = x + y
-        size += abs(x) + abs(y)
+    size += _sum_rows(f, d, cb, a, ca, b)
     f.center[d] = ca * cb
     f.extent[d] = extent
     f.error[d] = 0.0 if ra == 0.0 and rb == 0.0 else width * GROWTH + ROUND * size

@@ -282,10 +282,10 @@ def advance(f: Forms, o: int, c: AxisCell, m: Vector) -> None:
     moving_forward = a > 0.0 or (a >= 0.0 and least > forward_hold)
     moving_backward = b < 0.0 or (b <= 0.0 and most < -backward_hold)
     _effort(f, o, c)
-    if moving_forward and contact in (FORWARD, GAP):
-        _known(f, o, c, 1.0, contact == GAP)
-    elif moving_backward and contact in (BACKWARD, GAP):
-        _known(f, o, c, -1.0, contact == GAP)
+    if moving_forward and contact in (FORWARD, GAP, BEHIND):
+        _known(f, o, c, 1.0, contact != FORWARD)
+    elif moving_backward and contact in (BACKWARD, GAP, IN_FRONT):
+        _known(f, o, c, -1.0, contact != BACKWARD)
     else:
         p = min(forward_hold, max(most, -backward_hold))  # stuck: friction = -drive
         q = min(backward_hold, max(-least, -forward_hold))
@@ -351,6 +351,11 @@ def _contact_now(
 
 @part_kernel
 def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
+    """Update the contact with the load after a sample with the given contact.
+
+    Inside the backlash, the distance to the contact follows from the position alone, so that it
+    stays known if the direction of motion is uncertain.
+    """
     low, high = lowest(f, o + Y), highest(f, o + Y)
     a, b = m[SPEED_LOW], m[SPEED_HIGH]
     top = high - c.period * min(a, 0.0)  # largest position during the sample
@@ -361,7 +366,7 @@ def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
         m[FAR] = max(m[FAR], top) if before == IN_FRONT else top
     elif contact == BEHIND:
         m[FAR] = min(m[FAR], bottom) if before == BEHIND else bottom
-    elif m[DIRECTION] >= 0.0 and a >= 0.0:
+    elif a >= 0.0 and (m[DIRECTION] >= 0.0 or contact == GAP):
         m[DIRECTION] = 1.0
         if low - m[FROM_HIGH] >= m[REACH_HIGH]:
             m[CONTACT] = FORWARD
@@ -369,7 +374,7 @@ def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
             m[CONTACT] = GAP
         else:
             m[CONTACT] = ANY
-    elif m[DIRECTION] <= 0.0 and b <= 0.0:
+    elif b <= 0.0 and (m[DIRECTION] <= 0.0 or contact == GAP):
         m[DIRECTION] = -1.0
         if m[FROM_LOW] - high >= m[REACH_HIGH]:
             m[CONTACT] = BACKWARD
@@ -377,7 +382,7 @@ def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
             m[CONTACT] = GAP
         else:
             m[CONTACT] = ANY
-    else:
+    elif contact != GAP:
         m[CONTACT] = ANY
         m[DIRECTION] = 0.0
         m[FROM_LOW] = low

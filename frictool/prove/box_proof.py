@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from frictool.adapters.axis_model import axis_of
 from frictool.adapters.controller_composition import controller_program
@@ -60,13 +61,14 @@ from frictool.workers.job_sharing import share
 BOX_KEYS = ("response_time_95_s", "overshoot_percent", "static_error", "rest")
 LETTERS = "cfv"
 TAIL = 0.1001  # share of a hold, at its end, in which the axis has to rest
-FIRST_SIZE = (0.026, 0.042, 4.4)  # of the first cells: relative, relative, 1/s
+FIRST_SIZE = (0.013, 0.042, 8.8)  # of the first cells: relative, relative, 1/s
 SMALLEST_PART = 2.0  # encoder counts: intervals of starts are not divided further
 WIDEST_PART = 1.5  # rad | m: longest interval of starts of one tube
 FIRST_PAUSE = (
     20  # samples: earlier times at which the prefilter leaves the settled range are no pause
 )
 SLACK = 1e-7  # rad | m
+ROUND_SIZE = 500  # cells of the search between two estimates of the expected gain
 Ends = tuple[float, float]
 Box = dict[str, Ends]
 
@@ -271,11 +273,30 @@ def _hold(test: BoxTest, ratios: CellRatios, start: StepStart, goal: HoldGoal) -
 
 
 def _divided(start: StepStart, step: float) -> list[StepStart]:
+    """Return the halves of a set of starts, divided by position or by position of the contact."""
     low, high = start.position
-    if high - low <= SMALLEST_PART * step * (1.0 + 1e-9):
+    widths = (high - low, start.far[1] - start.far[0])
+    if max(widths) <= SMALLEST_PART * step * (1.0 + 1e-9):
         return []
-    middle = 0.5 * (low + high)
-    return [replace(start, position=part) for part in ((low, middle), (middle, high))]
+    if widths[0] >= widths[1]:
+        middle = 0.5 * (low + high)
+        parts = [replace(start, position=part) for part in ((low, middle), (middle, high))]
+    else:
+        middle = 0.5 * (start.far[0] + start.far[1])
+        parts = [
+            replace(start, far=part) for part in ((start.far[0], middle), (middle, start.far[1]))
+        ]
+    return [bounded for part in parts if (bounded := _bounded(part)) is not None]
+
+
+def _bounded(start: StepStart) -> StepStart | None:
+    """Return the starts whose contact is on the right side of the axis; None if there are none."""
+    low, high = start.far
+    if start.contact == ax.IN_FRONT:
+        low = max(low, start.position[0])
+    elif start.contact == ax.BEHIND:
+        high = min(high, start.position[1])
+    return replace(start, far=(low, high)) if low <= high else None
 
 
 def _next_start(
@@ -290,7 +311,7 @@ def _next_start(
     if not all(one.contact in known for one in ends):
         return StepStart((low, high), following.values, ax.ANY, reach)
     fars = [one.far for one in ends if one.contact == known[1]]
-    far = max([*fars, high]) if forward else min([*fars, low])
+    far = (low, max([*fars, high])) if forward else (min([*fars, low]), high)
     return StepStart((low, high), following.values, known[1], reach, far)
 
 
@@ -369,24 +390,53 @@ def search(
     """Return the paths of the cells that are proved within `seconds`.
 
     The search begins with `first_cells` and continues with the halves of cells that it could not
-    prove. progress(f) is called with the completed fraction f (0 to 1). `cores`: number of
-    processes that share the cells, by default one for each core.
+    prove, those with the largest expected gain first. progress(f) is called with the completed
+    fraction f (0 to 1). `cores`: number of processes that share the cells, by default one for each
+    core.
     """
     begin = time.monotonic()
     cells = first_cells(test)
+    waiting: dict[str, Vector] = {}  # cell -> position, size and share of the volume
     proved: list[str] = []
     while cells and time.monotonic() - begin < seconds:
-        undecided: list[str] = []
         for index, is_met in share(partial(is_proved, test), cells, cores=cores, batch=4):
-            (proved if is_met else undecided).append(cells[index])
+            if is_met:
+                proved.append(cells[index])
+            else:
+                parts = [half for half in halves(test, cells[index]) if share_of(test, half) > 0.0]
+                waiting.update((half, _position_and_size(test, half)) for half in parts)
             spent = time.monotonic() - begin
             progress(min(1.0, spent / seconds))
             if spent >= seconds:
                 break
-        cells = [half for path in undecided for half in halves(test, path)]
-        cells = [path for path in cells if share_of(test, path) > 0.0]
+        cells = _largest_gains(test, waiting, proved)
+        for path in cells:
+            del waiting[path]
     progress(1.0)
     return tuple(sorted(proved))
+
+
+def _largest_gains(test: BoxTest, waiting: dict[str, Vector], proved: list[str]) -> list[str]:
+    """Return the ROUND_SIZE cells with the largest expected gain.
+
+    A cell next to a proved one is more likely to be proved. The expected gain is the volume times
+    exp(-distance), with the distance to the nearest proved cell in sizes of the cell.
+    """
+    if not waiting or not proved:
+        return list(waiting)[:ROUND_SIZE]
+    columns = np.array(list(waiting.values()))
+    near = KDTree([_position_and_size(test, path)[:3] for path in proved])
+    gain = columns[:, 4] * np.exp(-near.query(columns[:, :3])[0] / columns[:, 3])
+    paths = list(waiting)
+    return [paths[index] for index in np.argsort(-gain, kind="stable")[:ROUND_SIZE]]
+
+
+def _position_and_size(test: BoxTest, path: str) -> Vector:
+    """Return the middle of a cell and its size, in sizes of a first cell, and its share (5,)."""
+    ratio, friction, viscous = intervals_of(test, path)
+    middle = (0.5 * math.log(ratio[0] * ratio[1]), 0.5 * math.log(friction[0] * friction[1]))
+    place = np.array([*middle, 0.5 * (viscous[0] + viscous[1])]) / FIRST_SIZE
+    return np.array([*place, max(sizes(test, path)), share_of(test, path)])
 
 
 def prove_cells(

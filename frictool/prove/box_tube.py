@@ -157,9 +157,18 @@ def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vecto
     bounds[LOW] = np.inf
     bounds[HIGH] = -np.inf
     bounds[ERROR] = 0.0
+    size = f.size[0]
     support = np.empty(DIRECTIONS)
+    y = np.empty(size)
+    v = np.zeros(size)
+    for g in range(f.extent[o + ax.V]):
+        v[g] = f.gen[o + ax.V, g]
     for k in range(-1, count):
-        for j in range(DIRECTIONS):
+        for g in range(size):
+            y[g] = f.gen[o + ax.Y, g] if g < f.extent[o + ax.Y] else 0.0
+            if k >= 0 and g < past.extent[k]:
+                y[g] -= past.gen[k, g]
+        for j in range(DIRECTIONS // 2):  # and the opposite direction
             cos = math.cos(2.0 * math.pi * j / DIRECTIONS)
             sin = math.sin(2.0 * math.pi * j / DIRECTIONS) * SPEED_SCALE
             total = abs(cos) * f.error[o + ax.Y] + abs(sin) * f.error[o + ax.V]
@@ -167,24 +176,28 @@ def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vecto
             if k >= 0:
                 center -= cos * past.center[k]
                 total += abs(cos) * past.error[k]
-            for g in range(f.size[0]):
-                y = f.gen[o + ax.Y, g] if g < f.extent[o + ax.Y] else 0.0
-                v = f.gen[o + ax.V, g] if g < f.extent[o + ax.V] else 0.0
-                if k >= 0 and g < past.extent[k]:
-                    y -= past.gen[k, g]
-                total += abs(cos * y + sin * v)
-            support[j] = center + total * GROWTH + 1e-9
+            two, three, four = 0.0, 0.0, 0.0
+            for g in range(0, size - 3, 4):
+                total += abs(cos * y[g] + sin * v[g])
+                two += abs(cos * y[g + 1] + sin * v[g + 1])
+                three += abs(cos * y[g + 2] + sin * v[g + 2])
+                four += abs(cos * y[g + 3] + sin * v[g + 3])
+            for g in range(size - size % 4, size):
+                total += abs(cos * y[g] + sin * v[g])
+            half = ((total + two) + (three + four)) * GROWTH + 1e-9
+            support[j] = center + half
+            support[j + DIRECTIONS // 2] = half - center
         for j in range(DIRECTIONS):
             a = 2.0 * math.pi * j / DIRECTIONS
             b = 2.0 * math.pi * (j + 1) / DIRECTIONS
             h, i = support[j], support[(j + 1) % DIRECTIONS]
             det = math.sin(b - a)
-            y = (h * math.sin(b) - i * math.sin(a)) / det
-            v = (i * math.cos(a) - h * math.cos(b)) / (det * SPEED_SCALE)
-            forward = max(0.0, v) + stop[0]
-            backward = max(0.0, -v) + stop[0]
-            up = y + 0.5 * forward * forward / stop[1] + 1e-8
-            down = y - 0.5 * backward * backward / stop[2] - 1e-8
+            place = (h * math.sin(b) - i * math.sin(a)) / det
+            speed = (i * math.cos(a) - h * math.cos(b)) / (det * SPEED_SCALE)
+            forward = max(0.0, speed) + stop[0]
+            backward = max(0.0, -speed) + stop[0]
+            up = place + 0.5 * forward * forward / stop[1] + 1e-8
+            down = place - 0.5 * backward * backward / stop[2] - 1e-8
             if k < 0:
                 bounds[HIGH] = max(bounds[HIGH], up)
                 bounds[LOW] = min(bounds[LOW], down)
@@ -311,15 +324,17 @@ class StepStart:
     - position: interval of the axis position [rad | m]
     - values: values of the controller program's nodes
     - contact: contact with the load (ANY ... BEHIND of axis_forms.py)
-    - reach: least and largest distance to the contact in the direction of motion [rad | m]
-    - far: position of the contact, if it is in front of or behind the axis [rad | m]
+    - reach: least and largest distance to the contact in the direction of motion [rad | m]; in
+      both directions if the contact is GAP
+    - far: interval of the position of the contact, if it is in front of or behind the axis
+      [rad | m]
     """
 
     position: tuple[float, float]
     values: Vector
     contact: int
     reach: tuple[float, float]
-    far: float = 0.0
+    far: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -441,7 +456,12 @@ def _started(loop: TubeLoop, ratios: CellRatios, start: StepStart, plan: StepPla
     m[ax.COUNT_LOW], m[ax.COUNT_HIGH] = -np.inf, np.inf
     m[ax.FROM_LOW], m[ax.FROM_HIGH] = start.position
     m[ax.REACH_LOW], m[ax.REACH_HIGH] = start.reach
-    m[ax.FAR] = start.far
+    if start.contact == ax.IN_FRONT:  # the opposite contact is one backlash behind this one
+        m[ax.FAR] = start.far[1]
+        m[ax.REACH_HIGH] = start.position[0] - start.far[0] + loop.axis.backlash
+    elif start.contact == ax.BEHIND:
+        m[ax.FAR] = start.far[0]
+        m[ax.REACH_HIGH] = start.far[1] - start.position[1] + loop.axis.backlash
     ax.prepare(f, o, loop.axis.cell(ratios), NODES, WEIGHTS)
     samples = plan.settled + COAST[-1]
     record = np.full((samples, RECORD), np.nan)

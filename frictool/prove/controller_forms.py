@@ -29,6 +29,7 @@ from frictool.prove.affine_forms import (
     is_number,
     lowest,
     multiply,
+    radius,
     release,
     root_bounds,
 )
@@ -167,12 +168,10 @@ def _dot(f: Forms, c: ControllerRows, d: int, first: int, last: int) -> None:
     width = 0.0
     for t in range(first, last):
         k, x = f.center[c.terms[t, 0]], c.terms[t, 1]
-        size += abs(k * f.center[x])
+        size += abs(k) * (abs(f.center[x]) + radius(f, x))
         width += abs(k) * f.error[x]
         for j in range(f.extent[x]):
-            y = k * f.gen[x, j]
-            f.gen[d, j] += y
-            size += abs(y)
+            f.gen[d, j] += k * f.gen[x, j]
     f.center[d] = total
     f.extent[d] = extent
     f.error[d] = 0.0 if exact else width * (1.0 + ROUND) + (last - first) * ROUND * size

@@ -35,6 +35,7 @@ from frictool.prove import affine_forms as af
 from frictool.prove import axis_forms as forms
 from frictool.prove.box_proof import (
     BoxTest,
+    _divided,
     _next_start,
     box_test,
     first_cells,
@@ -47,7 +48,14 @@ from frictool.prove.box_proof import (
     share_of,
     total_share,
 )
-from frictool.prove.box_tube import NODES, WEIGHTS, CellRatios, OpenCell, step_bounds
+from frictool.prove.box_tube import (
+    NODES,
+    WEIGHTS,
+    CellRatios,
+    OpenCell,
+    StepStart,
+    step_bounds,
+)
 from frictool.prove.proof_view import lines
 from frictool.prove.step_proof import (
     ProofRequest,
@@ -140,8 +148,8 @@ def test_every_run_of_the_engine_is_in_the_tube_of_its_cell(cells: int, runs: in
         for plant in _plants(test, path, runs):
             start = float(random.uniform(*test.start.position))
             position = _play(test, plant, start)[:, TRUE_POSITION]
-            rest = float(position[1099])
-            part = replace(following, position=(rest - 0.1, rest + 0.2))
+            rest, far = float(position[1099]), float(position[:1100].max())
+            part = replace(following, position=(rest - 0.1, rest + 0.2), far=(far - 0.1, far + 0.2))
             second = step_bounds(test.loop, ratios, part, test.goals[1].plan)
             for bounds, played, response in (
                 (first, position[:1100], test.goals[0].plan.response),
@@ -157,6 +165,49 @@ def test_every_run_of_the_engine_is_in_the_tube_of_its_cell(cells: int, runs: in
                 assert distance <= max(one.error for one in bounds)
                 narrowest = min(narrowest, float((high - played[: low.size]).min()))
     assert 0.0 <= narrowest < 0.02  # the tube is not so wide that the test could not fail
+
+
+def test_runs_with_an_uncertain_direction_at_the_start_are_in_the_tube() -> None:
+    """With little friction, encoder errors may turn the axis inside its backlash."""
+    test = _speed()
+    middle = np.array([897.0, 1695.0, 44.0])
+    low, high = 0.999 * middle, 1.001 * middle
+    ratios = CellRatios(*zip(low, high, strict=True), ratios_of(test, "").offset)
+    (*bounds,) = step_bounds(test.loop, ratios, test.start, test.goals[0].plan)
+    random = np.random.default_rng(SEED)
+    lowest = np.min([one.positions[:, 0] for one in bounds], axis=0)
+    highest = np.max([one.positions[:, 1] for one in bounds], axis=0)
+    for _ in range(40):
+        inertia = 1.3e-5
+        constant, coulomb, viscous = inertia * random.uniform(low, high)
+        plant = axis_of(
+            clutch_model(), inertia=inertia, constant=constant, coulomb=coulomb, viscous=viscous
+        )
+        start = float(random.uniform(*test.start.position))
+        position = _play(test, plant, start)[: lowest.size, TRUE_POSITION]
+        assert (lowest <= position).all()
+        assert (position <= highest).all()
+
+
+@pytest.mark.parametrize("contact", [forms.IN_FRONT, forms.BEHIND])
+def test_the_parts_of_a_set_of_starts_contain_every_start(contact: int) -> None:
+    side = 1.0 if contact == forms.IN_FRONT else -1.0
+    whole = StepStart((4.0, 5.5), np.zeros(1), contact, (0.0, 3.0), (4.0, 6.0))
+    if contact == forms.BEHIND:
+        whole = replace(whole, position=(4.5, 6.0))
+    parts = [whole]
+    while any(_divided(part, 0.25) for part in parts):
+        parts = [one for part in parts for one in (_divided(part, 0.25) or [part])]
+    random = np.random.default_rng(SEED)
+    for _ in range(500):
+        position, far = random.uniform(*whole.position), random.uniform(*whole.far)
+        inside = [
+            part.position[0] <= position <= part.position[1] and part.far[0] <= far <= part.far[1]
+            for part in parts
+        ]
+        if side * (far - position) >= 0.0:  # the contact is in front of (behind) the axis
+            assert any(inside)
+    assert len(parts) < 4 * 3 * 2**2  # parts without such a start are left out
 
 
 def test_a_proved_cell_contains_no_violation() -> None:
