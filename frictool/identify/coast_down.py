@@ -72,8 +72,8 @@ def coast_down(
             if name in fit.refused:  # the misfit contains this friction
                 raise UnusableLogs(fit.refused[name])
         raise UnusableLogs(
-            f"the drive was off, and friction leaves {100.0 * misfit:.3g} % of the "
-            f"deceleration (at most {100.0 * LARGEST_MISFIT:g} %): a hand moved the axis, or a "
+            f"the drive was off, but friction leaves {100.0 * misfit:.3g} % of the "
+            f"deceleration (at most {100.0 * LARGEST_MISFIT:g} %): a hand moved it, or a "
             "load; declare load.terms: [offset, spring] or [offset, gravity]"
         )
     for name in ("viscous", "coulomb"):
