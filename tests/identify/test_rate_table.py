@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.errors import LogError
 from frictool.identify.breakaway.rate_table import RateTable, breakaway_over_rate, read_rate_table
 from studies.command_line import run
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
@@ -51,6 +52,7 @@ def test_means_and_rise_cover() -> None:
         ("", "{effort:.6f} {rate:g}\n"),
         ("", "{effort:.6f}\t{rate:g}\n\n"),
         ("effort,rate\n", "{effort:.6f},{rate:g}\n"),
+        ("Effort [N m], rate (N m/s)\n", "{effort:.6f},{rate:g}\n"),
         ('"rate";"effort"\n', "{rate:g};{effort:.6f}\n"),
         ("", "-{effort:.6f}, {rate:g}\n"),
     ],
@@ -63,6 +65,13 @@ def test_every_form_of_a_table_is_read_alike(tmp_path: Path, head: str, row: str
     read = read_rate_table(path)
     assert read.effort == pytest.approx(table.effort, abs=1e-6)
     assert read.rate == pytest.approx(table.rate)
+
+
+def test_another_unit_of_the_effort_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text("rate,effort [mN m]\n1,400\n2,410\n3,420\n")
+    with pytest.raises(LogError, match=r"line 1: found the unit 'mN m' of the effort; allowed"):
+        read_rate_table(path)
 
 
 def identified(folder: Path, table: Path, *options: str):

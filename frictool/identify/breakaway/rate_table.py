@@ -21,6 +21,9 @@ from frictool.typing import Vector
 
 FEWEST = 2  # least number of breakaways at one rate
 LARGEST = 1_000_000  # bytes of a table
+UNIT = re.compile(r"\s*[\[(][^\])]*[\])]")  # of a column, in its header
+EFFORT_UNIT = re.compile(r"effort\s*[\[(]([^\])]*)[\])]", re.IGNORECASE)
+EFFORT_UNITS = ("N m", "Nm", "N")
 SEPARATOR = re.compile(r"\s*[,;\t]\s*|\s+")
 
 
@@ -73,10 +76,18 @@ def read_rate_table(path: Path) -> RateTable:
     order = (0, 1)
     rows: list[tuple[float, float]] = []
     for number, line in enumerate(lines, start=1):
-        cells = [cell.strip("\"'").lower() for cell in SEPARATOR.split(line.strip())]
+        text = line.strip() if rows else UNIT.sub("", line.strip())
+        cells = [cell.strip("\"'").lower() for cell in SEPARATOR.split(text)]
         if cells == [""]:
             continue
         if not rows and {"effort", "rate"} <= set(cells):
+            unit = EFFORT_UNIT.search(line)
+            if unit is not None and unit[1].strip() not in EFFORT_UNITS:
+                raise LogError(
+                    str(path),
+                    f"line {number}: found the unit {unit[1].strip()!r} of the effort; allowed: "
+                    f"{' or '.join(EFFORT_UNITS)}",
+                )
             order = (cells.index("effort"), cells.index("rate"))
             continue
         try:
