@@ -47,11 +47,11 @@ from frictool.prove.box_tube import (
     RESIDUE,
     AxisFixed,
     CellRatios,
-    OpenCell,
     StepBounds,
     StepPlan,
     StepStart,
     TubeLoop,
+    UnprovedCell,
     step_bounds,
 )
 from frictool.simulate.reference import parts_of
@@ -243,7 +243,7 @@ def _latest_rest(spec: Spec, length: float) -> float:
 
 
 def prove_cell(test: BoxTest, ratios: CellRatios) -> None:
-    """Prove all holds of the step test for a cell; raise OpenCell with the reason if this fails."""
+    """Prove all holds of the step test for a cell; raise UnprovedCell with the reason if not."""
     start = test.start
     for index, goal in enumerate(test.goals):
         parts = [start]
@@ -252,7 +252,7 @@ def prove_cell(test: BoxTest, ratios: CellRatios) -> None:
             part = parts.pop()
             try:
                 found = _hold(test, ratios, part, goal)
-            except OpenCell:
+            except UnprovedCell:
                 smaller = _divided(part, test.loop.step)
                 if not smaller:
                     raise
@@ -265,7 +265,7 @@ def prove_cell(test: BoxTest, ratios: CellRatios) -> None:
 
 def _hold(test: BoxTest, ratios: CellRatios, start: StepStart, goal: HoldGoal) -> list[StepBounds]:
     if start.position[1] - start.position[0] > WIDEST_PART:
-        raise OpenCell("the interval of initial positions is too long")
+        raise UnprovedCell("the interval of initial positions is too long")
     found = step_bounds(test.loop, ratios, start, goal.plan)
     for one in found:
         _check(test, goal, one)
@@ -316,7 +316,7 @@ def _next_start(
 
 
 def _check(test: BoxTest, goal: HoldGoal, bounds: StepBounds) -> None:
-    """Raise OpenCell if the bounds of a hold do not prove its requirements.
+    """Raise UnprovedCell if the bounds of a hold do not prove its requirements.
 
     An encoder reading is at most the position, and above the position minus one encoder step.
     """
@@ -336,7 +336,7 @@ def _check(test: BoxTest, goal: HoldGoal, bounds: StepBounds) -> None:
         ("response time", bounds.error + step + SLACK <= goal.response),
     ):
         if not is_met:
-            raise OpenCell(name)
+            raise UnprovedCell(name)
 
 
 def _count(position: float, step: float) -> float:
@@ -366,7 +366,7 @@ def is_proved(test: BoxTest, path: str) -> bool:
     """Return True if the enclosure of box_tube.py proves the cell at `path`."""
     try:
         prove_cell(test, ratios_of(test, path))
-    except OpenCell:
+    except UnprovedCell:
         return False
     return True
 

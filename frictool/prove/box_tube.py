@@ -378,7 +378,7 @@ class StepBounds:
     positions: Matrix
 
 
-class OpenCell(Exception):
+class UnprovedCell(Exception):
     """Error: the enclosure does not prove a cell; the message is the reason."""
 
 
@@ -405,7 +405,7 @@ def step_bounds(
 ) -> list[StepBounds]:
     """Return the bounds of a step for each branch of the tube.
 
-    Raises OpenCell if the enclosure becomes too wide, or if no bounds of the rest follow from it.
+    Raises UnprovedCell if the enclosure becomes too wide, or if it gives no bounds of the rest.
     """
     cell = loop.axis.cell(ratios)
     stack = [_started(loop, ratios, start, plan)]
@@ -419,7 +419,7 @@ def step_bounds(
             continue
         branches += 1
         if branches > MOST_BRANCHES:
-            raise OpenCell("too many branches of the tube at the rest band")
+            raise UnprovedCell("too many branches of the tube at the rest band")
         stack += (_branch(loop, cell, tube.copy(), plan, inside) for inside in (0, 1))
     return [_finish(loop, cell, ratios, tube, plan) for tube in arrived]
 
@@ -489,7 +489,7 @@ def _follow(
     )
     tube.sample = int(span[0])
     if status in (FULL, UNBOUNDED):
-        raise OpenCell(f"the enclosure becomes too wide at sample {tube.sample}")
+        raise UnprovedCell(f"the enclosure becomes too wide at sample {tube.sample}")
     return int(status)
 
 
@@ -512,13 +512,13 @@ def _finish(
         if tube.motion[ax.AT_REST] == 0.0:
             _join(loop, tube.forms)
         if _follow(loop, cell, tube, plan, plan.settled) != DONE:
-            raise OpenCell(f"rest band not certainly reached or left at sample {tube.sample}")
+            raise UnprovedCell(f"rest band not certainly reached or left at sample {tube.sample}")
     bounds = np.array([-np.inf, np.inf, np.inf])
     still = np.inf
     for samples in COAST:
         # inside the band: the caller checks this with the bounds `late`
         if _follow(loop, cell, tube, plan, plan.settled + samples, 1) != DONE:
-            raise OpenCell(f"rest band not certainly reached or left at sample {tube.sample}")
+            raise UnprovedCell(f"rest band not certainly reached or left at sample {tube.sample}")
         stop = _stopping(loop, ratios, tube.forms)
         if stop is None:
             continue
@@ -532,7 +532,7 @@ def _finish(
         still = min(still, tube.sample * cell.period + speed / min(stop[1], stop[2]))
     record = tube.record
     if not (np.isfinite([*bounds, still]).all() and np.isfinite(record).all()):
-        raise OpenCell("the released drive may still move the axis")
+        raise UnprovedCell("the released drive may still move the axis")
     low, high = float(bounds[LOW]), float(bounds[HIGH])
     late = record[plan.settled :]
     return StepBounds(

@@ -52,8 +52,8 @@ from frictool.prove.box_tube import (
     NODES,
     WEIGHTS,
     CellRatios,
-    OpenCell,
     StepStart,
+    UnprovedCell,
     step_bounds,
 )
 from frictool.prove.proof_view import lines
@@ -321,7 +321,7 @@ def test_other_loops_are_refused_with_a_reason() -> None:
 
 def test_a_tube_that_becomes_too_wide_is_undecided() -> None:
     test = _speed()
-    with pytest.raises(OpenCell, match="too wide"):
+    with pytest.raises(UnprovedCell, match="too wide"):
         step_bounds(test.loop, ratios_of(test, ""), test.start, test.goals[0].plan)
 
 
