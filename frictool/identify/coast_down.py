@@ -34,9 +34,9 @@ DRIVE_OFF = "the drive was off; such a log shows friction relative to the inerti
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
     """Return True if the effort is noise, and too small to have caused the acceleration.
 
-    The rms effort is then below 5 % of the product of the rms acceleration and the smallest
-    inertia, which is the lower end of the interval in bench.yaml. Without the condition on the
-    noise, a driven log would look like this if bench.yaml states far too large an inertia.
+    Too small means that the rms effort is below 5 % of the rms acceleration times the smallest
+    inertia in bench.yaml. The effort must also be noise: otherwise, a driven log would pass this
+    test if bench.yaml stated far too large an inertia.
     """
     if not rows:
         return False
@@ -72,15 +72,15 @@ def coast_down(
             if name in fit.refused:  # the misfit contains this friction
                 raise UnusableLogs(fit.refused[name])
         raise UnusableLogs(
-            f"the drive was off, but friction leaves {100.0 * misfit:.3g} % of the "
-            f"deceleration (at most {100.0 * LARGEST_MISFIT:g} %): a hand moved it, or a "
-            "load; declare load.terms: [offset, spring] or [offset, gravity]"
+            "the drive was off; friction does not explain "
+            f"{100.0 * misfit:.3g} % of the deceleration (limit {100.0 * LARGEST_MISFIT:g} %): "
+            "a hand or load moved it; declare load.terms: [offset, spring] or [offset, gravity]"
         )
     for name in ("viscous", "coulomb"):
         if name in ratios.parameters and ratios.parameters[name].high < 0.0:
             raise UnusableLogs(
                 f"the drive was off, and the log gives a negative {name} friction: something else, "
-                "such as a hand, moved the axis; record the drive, or let the axis coast freely"
+                "such as a hand, moved the axis; log the drive's effort, or let the axis coast"
             )
     shown = _ratios(ratios, inertia.value, bench)
     return replace(

@@ -1,18 +1,19 @@
-"""Widening of intervals by two effects that resemble a parameter and are not in the model.
+"""Widening of intervals for two effects that resemble a parameter and are not in the model.
 
-A spring resembles the inertia, because position and acceleration are proportional in a sine.
+A spring resembles the inertia, because position and acceleration are proportional in a sinusoidal
+motion.
 Viscous friction that differs by direction resembles the offset: with the velocity v it adds an
-effort c |v|, and |v| is nearly constant in strokes of one speed. The residual hides both effects,
-and a test of their coefficients seldom rejects 0, although real machines have such effects.
+effort c |v|, and |v| is nearly constant in strokes of one speed. The parameters absorb most of both
+effects. The residual hardly shows them, although real machines have them.
 
-Each effect is tried alone. Before the fit, its coefficient has a normal distribution with mean 0.
-The standard deviation makes the rms effort of the effect equal to the rms of the lasting part of
-the residual: a machine that shows other effects outside the model may have this one, too. If no
-part of the residual lasts, no interval is widened.
+Each effect is tried alone. The prior of its coefficient is a normal distribution with mean 0. With
+the standard deviation of the prior, the rms effort of the effect equals the rms of the lasting part
+of the residual, because a machine with other unmodelled effects may have this one, too. If no part
+of the residual lasts, no interval is widened.
 
-The square of the lasting part is the covariance of residuals of one stroke that are LASTING windows
-apart. Noise of effort and encoder does not contribute to it, because smoothing correlates noise
-over one window only.
+The mean square of the lasting part is the covariance of residuals of the same stroke at a distance
+of LASTING windows. Noise of effort and encoder does not contribute to it, because smoothing
+correlates noise over one window only.
 """
 
 from __future__ import annotations

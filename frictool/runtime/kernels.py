@@ -104,7 +104,7 @@ def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 class Callee:
     """Form of a kernel that other kernels call: code to be linked, without a wrapper for Python.
 
-    It is compiled apart from the form that Python calls, and only if another kernel calls it.
+    It is compiled separately from the form for Python, and only if another kernel calls it.
     """
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -122,9 +122,9 @@ class Callee:
         return made
 
     def get_call_template(self, arguments: Any, named: dict[str, Any]) -> Any:
-        """Return numba's resolution of a call by a kernel, with types in place of constant values.
+        """Resolve a call by a kernel as numba does, with general types in place of constant values.
 
-        numba would compile the called kernel once for each value of a constant integer.
+        Otherwise, numba would compile the called kernel once for each value of a constant integer.
         """
         return self.dispatcher.get_call_template(
             [_general(one) for one in arguments],

@@ -1,10 +1,10 @@
-"""Compilation of kernels for calls by other kernels only.
+"""Compilation of the form of a kernel that only other kernels call.
 
 A kernel that Python calls needs optimized machine code and a wrapper that converts its arguments.
 A kernel that another kernel calls needs neither: LLVM optimizes the code of both together, inside
-the caller. LinkedCompiler therefore stops after numba's lowering and LLVM's passes over single
-functions. Compilation from numba's own compiler would optimize the same function at each level of
-calls, and emit machine code that nothing executes.
+the caller. LinkedCompiler therefore stops after numba's lowering and LLVM's passes for functions.
+numba's own compiler would optimize the same function again at each level of calls, and emit machine
+code that nothing executes.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class LinkedLibrary(JITCodeLibrary):
         """Do nothing, since the library of the outermost caller optimizes the code."""
 
     def _finalize_final_module(self) -> None:
-        """Share all functions with callers; emit no machine code for them."""
+        """Share all functions with callers, without machine code."""
         module = self._final_module
         names = [one.name for one in module.functions if not one.is_declaration]
         self._shared_module = module.clone()

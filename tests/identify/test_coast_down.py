@@ -128,6 +128,23 @@ def test_a_free_oscillation_needs_the_load_that_drives_it(
     assert facts["parameters"]["coulomb"]["value"] == pytest.approx(ARM.coulomb, rel=0.02)
 
 
+def test_an_axis_that_speeds_up_with_the_drive_off_is_moved_by_something_else(
+    tmp_path: Path,
+) -> None:
+    """Coast-downs backward in time have negative friction."""
+    logs = [
+        write_log(tmp_path / f"{k}.csv", coasting(one)[::-1], noise(2000, k))
+        for k, one in enumerate((40.0, -35.0, 25.0, -45.0))
+    ]
+    refused(
+        run("identify", *logs, "--bench", write_bench(tmp_path, ARM)),
+        1,
+        "the drive was off",
+        "negative",
+        "such as a hand",
+    )
+
+
 def test_one_coast_down_separates_no_offset(tmp_path: Path) -> None:
     """In one direction Coulomb friction and offset are one number: viscous friction remains. The
     noise of the current does not look like a reversed sign."""

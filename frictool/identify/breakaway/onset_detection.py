@@ -65,7 +65,7 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
 
 
 def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
-    """Return why `is_ramp` is False for a log of ramps; None if the log does not have ramps."""
+    """Return why a log of ramps has too few breakaways for `is_ramp`; None without ramps."""
     rests = _rests(record)
     if not are_ramps(rests, record.position, record.effort):
         return None
@@ -117,7 +117,7 @@ def _onsets(record: MotionRecord, bench: Bench) -> Iterator[BreakawayOnset]:
 
 
 def _least_motion(record: MotionRecord, bench: Bench) -> float:
-    """Return the distance [rad | m] since a reversal beyond which the backlash is closed."""
+    """Return the motion [rad | m] after a reversal that closes the backlash; 0 without one."""
     width = bench.mechanics.backlash
     return 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
 
@@ -174,9 +174,10 @@ def _onset(
 def _straight_from(record: MotionRecord, first: int, end: int) -> int | None:
     """Return the first sample of the line that the effort follows up to the sample `end`.
 
-    A knob turned by hand may pause or turn faster. The line is the longest of [first, end), its
-    second half, and so on, in which a cubic and a line have the same level at `end`, except for
-    noise or for CURVED of the level. None if even FEWEST_SAMPLES samples are curved.
+    A ramp that is set by hand may be straight near its end only. The intervals [first, end), its
+    second half, the second half of that, and so on are tried in turn. In the first suitable one, a
+    cubic and a line differ at `end` by noise only, or by at most the fraction CURVED of the level.
+    None if no interval of FEWEST_SAMPLES or more samples is suitable.
     """
     while end - first >= FEWEST_SAMPLES:
         effort = record.effort[first:end]
