@@ -35,7 +35,7 @@ LAYOUT = 2  # version of the folder layout
 REMOVED = ".removed-"
 USED = "in_use"  # lock file shared by all processes that use a folder; its date is the last start
 WRITTEN = "written"  # lock file held while code is written
-# former folders of a place, and former states of a module, kept in case they are used again
+# number of former folders in one parent folder, and of former states of one module, that are kept
 KEPT = 8
 AGE_S = 14 * 86400.0  # s, former folders unused for longer are removed even if fewer than KEPT
 REST_S = 3600.0  # s, a folder used more recently stays: old versions of frictool hold no lock
@@ -221,8 +221,8 @@ def prune(parent: Path, current: Path) -> list[Path]:
 def prune_states(current: Path) -> list[Path]:
     """Remove folders with code of old sources of one module; return the removed folders.
 
-    `current`: folder with the code of the present sources. The `KEPT` most recently used folders
-    stay, unless they were unused for a fortnight.
+    The folder `current`, with the code of the present sources, stays. Of the others, the `KEPT`
+    most recently used folders stay, unless they were unused for a fortnight.
     """
     now = time.time()
     others = [
@@ -259,9 +259,9 @@ def sized(state: KernelFolder) -> KernelFolder:
 
 
 def remove_state(state: Path, now: float | None = None) -> bool:
-    """Remove the code of one state of a module's sources; return False if the folder is kept.
+    """Remove the code of one state of a module's sources; return False if the folder was kept.
 
-    It is kept if it was used recently.
+    A recently used folder is kept.
     """
     away = state.parent / f"{REMOVED}{state.name}-{os.getpid()}"
     with writing(state.parent) as mine:

@@ -1,7 +1,7 @@
 """Compilation of the form of a kernel that only other kernels call.
 
 A kernel that Python calls needs optimized machine code and a wrapper that converts its arguments.
-A kernel that another kernel calls needs neither: LLVM optimizes the code of both together, inside
+A kernel that another kernel calls needs neither: LLVM optimizes its code together with the code of
 the caller. LinkedCompiler therefore stops after numba's lowering and LLVM's passes for functions.
 numba's own compiler would optimize the same function again at each level of calls, and emit machine
 code that nothing executes.

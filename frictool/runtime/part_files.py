@@ -1,8 +1,8 @@
 """Output files that appear complete or not at all.
 
 An output is written next to its target, into a part file whose name ends in `.part`. The part file
-is then renamed. The writing process locks it until it exits. A process killed with SIGKILL leaves
-an unlocked part file; the next process that writes in the folder removes it.
+is then renamed. The writing process holds a lock on the part file. A process killed with SIGKILL
+leaves an unlocked part file, which the next process that writes in the folder removes.
 """
 
 from __future__ import annotations

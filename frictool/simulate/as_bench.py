@@ -49,8 +49,8 @@ def read_test(path: Path, bench: Bench) -> Log:
     if TIME not in table or wanted["reference"] not in table:
         raise LogError(
             str(path),
-            f"has the columns {', '.join(head)}; needed in CSV: {TIME} and {wanted['reference']}. "
-            "A test with ramps must be an MCAP: frictool excite -o NAME.mcap",
+            f"has the columns {', '.join(head)}; a CSV test needs {TIME} and "
+            f"{wanted['reference']}; write a test with ramps as MCAP: frictool excite -o NAME.mcap",
         )
     columns = {name: table[label] for name, label in wanted.items() if label in table}
     units = {name: si_unit(COLUMNS[name], bench.axis) for name in columns}

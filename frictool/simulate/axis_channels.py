@@ -15,11 +15,12 @@ velocity_measured             output of an exact velocity sensor, if the control
 command                       output of the controller; acts `delay_samples` samples later
 position_true, velocity       true position and velocity of the motor
 load_position                 true position behind the backlash
-current_true | voltage_true   true drive; a drive without lag jumps at the sample, and the channel
-                              contains the value after the jump
+current_true | voltage_true   true drive; if a drive without lag jumps at the sample, the value
+                              after the jump
 disturbance                   mean external effort over the sample, if a disturbance acts
-..._factor                    factor of the dry friction, viscous friction or constant, if it
-                              drifts; a factor of friction includes the effect of temperature
+..._factor                    factor of the dry friction, the viscous friction or the drive
+                              constant, if the scenario has a drift of this parameter; a friction
+                              factor includes the effect of temperature
 temperature                   temperature, if the scenario states one
 ============================  ====================================================================
 """
@@ -55,8 +56,8 @@ class ControllerSignals(NamedTuple):
 
     - speed: speed estimate that the control law used
     - profile: reference profile that the control loop tracked
-    - fault: 1 while the controller is in its fault state, else 0; None in a simulation without
-      supervisor commands, for which AxisChannels derives the fault from the measured positions
+    - fault: 1 while the controller is in its fault state, else 0. If the scenario has no supervisor
+      commands, `fault` is None, and AxisChannels computes it from the measured positions
     """
 
     speed: Vector | None = None
@@ -74,7 +75,7 @@ class AxisChannels:
     - reference: reference (n,) of the position; None without a controller
     - conditions: disturbances, drifts and sensor faults (n, 8), as in
       engine/disturbances_and_faults.py; (0, 8) if the scenario has none
-    - senses_velocity: True if a velocity sensor measures the velocity
+    - senses_velocity: True if the controller uses a velocity sensor
     - hold_samples: number of successive invalid samples that the controller tolerates
       (control/measurement_guard.py)
     """
@@ -110,10 +111,10 @@ class AxisChannels:
     ) -> Stream:
         """Return the log stream of the variant with number `index`.
 
-        record: simulated signals (n, 7), columns of engine/closed_loop.py. values: internal signals
-        of the controller. judged: True to leave out signals that no metric reads (effort, true
-        drive, true position of the motor, disturbance, drifts, temperature). The noise of the drive
-        is drawn with the seed (scenario seed, index).
+        record: simulated signals (n, 7) with the columns of engine/closed_loop.py. values: internal
+        signals of the controller. judged: True to leave out signals that no metric reads (effort,
+        true drive, true position of the motor, disturbance, drifts, temperature). The measurement
+        noise of the drive is drawn with the seed (scenario seed, index).
         """
         drive = self.rig.drive
         noise = self.drive_noise(index)

@@ -85,7 +85,7 @@ def count(model: Model, scenario: Scenario) -> int:
 def vertices(model: Model) -> tuple[PlantPoint, ...]:
     """Return a plant for each combination of range ends of the four parameters, named v01 to v16.
 
-    Combinations with equal values occur once.
+    If a parameter has no range, only one of the equal combinations is returned.
     """
     return corner_points(ranges(model))
 
@@ -96,10 +96,10 @@ def variants_of(
     owner: str = "model",
     parameters: Mapping[str, VariedParameter] | None = None,
 ) -> list[AxisVariant]:
-    """Return the plants of a scenario, by its key `variants`.
+    """Return the plants that the key `variants` of a scenario selects.
 
-    The list has the nominal plant, then vertices or random plants; for `variants: given` it has
-    only the plant with the values under `given`. `owner` is the name of the model in messages.
+    The first plant is the nominal one; vertices or random plants follow. For `variants: given`, the
+    only plant has the values under `given`. `owner` is the name of the model in messages.
     `parameters`: result of `parameters_of`, computed if None. Raises FrictoolError if a plant's
     parameters are out of range, or if plants must be drawn but no parameter has a range.
     """
@@ -145,7 +145,7 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
 
     Inertia, viscous friction, Coulomb friction, drive constant, offset and backlash have the ranges
     of the model. The breakaway friction has no range: its ratio to the Coulomb friction is constant
-    unless the scenario sets it.
+    unless the scenario sets the breakaway friction.
     """
     bench = model.bench
     nominal = nominal_levels(model)

@@ -1,10 +1,10 @@
 """Simulation of a bench that plays the test signals of `frictool excite`; the result is a log.
 
 A test is either a reference for the bench's position loop (engine/bench_position_loop.py), or a
-sequence of drive ramps, each of which ends and reverses by the rules in the test (figure 4.6). The
-log has the channels of a bench. The logged position is the encoder's reading; the drive is measured
-with noise. The encoder's zero has a random offset of less than one count. This offset and the noise
-are drawn from PCG64 seeded with `seed`.
+sequence of drive ramps. A ramp test contains rules for the end of a ramp and for the reversal of
+the direction (figure 4.6). The log has the channels of a bench. The logged position is the
+encoder's reading; the drive is measured with noise. The encoder's zero has a random offset of less
+than one count. This offset and the noise are drawn from PCG64 seeded with `seed`.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def read_excitation(path: Path) -> Log:
 
 
 def is_ramps(excitation: Log) -> bool:
-    """Return True if a test consists of drive ramps, False if it is a reference of the position."""
+    """Return True if a test consists of drive ramps, False if the test is a position reference."""
     return "reference" not in excitation.main.signals
 
 
@@ -148,12 +148,13 @@ def bench_test(
     provenance: Provenance,
     forward: Vector | None = None,
 ) -> Log:
-    """Simulate a test and return its log with position, drive, effort and any reference.
+    """Simulate the test `excitation`; return a log with the position, the drive and the effort.
 
-    `excitation` is the test, `servo` the bench's position loop. `noise` is the standard deviation
-    of the measured drive's noise [A | V]. `forward` (n,) is a feedforward effort [N m | N], which
-    is added to the effort of the position loop. Raises LogError if the test does not belong to this
-    plant's bench, NoSolutionError if the test cannot be simulated.
+    If the test has a reference, the log also contains this reference. `servo` is the bench's
+    position loop. `noise` is the standard deviation of the noise of the measured drive [A | V].
+    `forward` (n,) is a feedforward effort [N m | N], which is added to the effort of the position
+    loop. Raises LogError if the test does not belong to the bench of this plant, NoSolutionError if
+    the test cannot be simulated.
     """
     bench = AxisBenchPlant(plant) if isinstance(plant, Model) else plant
     rig = bench.rig

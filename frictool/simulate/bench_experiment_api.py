@@ -36,7 +36,7 @@ def play(
     servo : PositionServo, optional
         Position loop of the bench, from position to effort; required for a reference.
     drive_noise : float
-        Standard deviation of the measured drive's noise [A | V].
+        Standard deviation of the noise of the measured drive [A | V].
     seed : int
         Seed of the noise and of the encoder's zero.
     provenance : Provenance, optional

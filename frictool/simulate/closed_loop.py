@@ -98,10 +98,10 @@ def simulate_closed_loop(
 ) -> Log:
     """Simulate a scenario with a controller and each plant variant; return the log.
 
-    The log has a stream for each variant, metadata and warnings. `progress(done, total)` is called
-    with numbers of variants; with numbers of samples for a single variant of a mechanism. `names`
-    are the names of the documents in messages. Raises InputFileError if the documents do not fit
-    together, LogError if the log cannot be replayed, NoSolutionError if a variant cannot be
+    The log has a stream for each variant, metadata and warnings. `progress(done, total)` receives
+    numbers of variants; if a mechanism has a single variant, it receives numbers of samples.
+    `names` are the names of the documents in messages. Raises InputFileError if the documents do
+    not fit together, LogError if the log cannot be replayed, NoSolutionError if a variant cannot be
     simulated.
     """
     if isinstance(plant, Model):
@@ -388,7 +388,7 @@ def _known_values(
 
 
 def scheduled(controller: Controller, program: Program) -> dict[str, int]:
-    """Return the index of the program's node for each scheduled parameter, by name.
+    """Return the mapping from the name of a scheduled parameter to its node index in the program.
 
     The mapping is empty if the controller has no gain schedule.
     """

@@ -26,9 +26,9 @@ class RecordedRun(NamedTuple):
     """Inputs of a controller in a simulated run, from which its program can be repeated.
 
     `running`: program in its number format. `reference` (n,) [rad | m]. `record` (n, 7): columns of
-    engine/closed_loop.py. `step`: encoder step [rad | m]. `known`: values of scheduled parameters
-    by their node in the program. `commands`: index of a sample -> commands of a supervisor just
-    before this sample.
+    engine/closed_loop.py. `step`: encoder step [rad | m]. `known`: node index of a scheduled
+    parameter in the program -> value of the parameter. `commands`: index of a sample -> commands of
+    a supervisor just before this sample.
     """
 
     program: Program

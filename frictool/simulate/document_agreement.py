@@ -36,9 +36,9 @@ def check_agreement(
 ) -> None:
     """Raise DocumentError if controller or scenario do not fit the rig of the plant.
 
-    The kind of axis, the kind of drive, the sample period, the delay and the drive's time constant
-    must be equal. The scenario must also pass `check_drive`, `check_efforts` and
-    `check_temperature`.
+    The controller must have the rig's kind of axis, kind of drive, sample period, delay and time
+    constant of the drive. The scenario must have the rig's kind of axis, and must pass
+    `check_drive`, `check_efforts` and `check_temperature`.
     """
     owner = rig.owner.format(names.model)
     lag = controller.bench.actuator.loop_time_constant_s
@@ -83,7 +83,7 @@ def check_efforts(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
         if disturbance.on is None and disturbance.effort.unit != wanted:
             unit = disturbance.effort.unit
             message = (
-                f"unit {unit!r} does not measure effort of a {rig.effort_axis} axis; allowed: "
+                f"unit {unit!r} is not a unit of effort for a {rig.effort_axis} axis; allowed: "
                 f"{wanted} and its multiples"
             )
             refuse(names.scenario, f"disturbances[{index}].effort.unit", message)

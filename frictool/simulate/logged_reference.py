@@ -1,7 +1,7 @@
 """Measured channel as a reference, resampled from the log's times to the controller's samples.
 
-Sample k is at the time from_s + k T after the log's first sample; the last sample is at or before
-`to_s` or the log's end.
+Sample k is at the time from_s + k T after the log's first sample, where T is the controller's
+period. The last sample is at or before `to_s`; without `to_s`, it is at or before the log's end.
 
 held     reference, current and voltage: sample k is the latest logged value. A value that is logged
          up to T/2 after sample k is still used, so that jitter of the log's times neither doubles

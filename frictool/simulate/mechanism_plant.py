@@ -192,10 +192,7 @@ def sight_of(
 def run_of(
     moved: MechanismOutcome, channels: MechanismChannels, warnings: Sequence[str]
 ) -> VariantRun:
-    """Return the result of a simulated variant as the record that `SimulatedPlant.play` yields.
-
-    It contains the stream of all blocks.
-    """
+    """Return the result of a simulated variant for `SimulatedPlant.play`, with the block stream."""
     stream = channels.stream(moved.variant, moved.out.motion, moved.out.modes)
     return VariantRun(
         moved.out.record, (stream,), (*warnings_of(moved), *warnings), metadata_of(moved)
@@ -265,7 +262,7 @@ def check_mechanism_scenario(
         )
         refuse(names.scenario, "variants", message)
     if scenario.commands:
-        refuse(names.scenario, "commands", "belongs to the model of one axis; reduce the mechanism")
+        refuse(names.scenario, "commands", "works only with a model of one axis: frictool reduce")
     check_given(scenario, ranges(document), names)
     if scenario.variants == "random":
         check_least(ranges(document), {}, {}, names, drawn=True)

@@ -71,9 +71,9 @@ class MechanismTask(NamedTuple):
 
     `samples`: number of samples. `sight`: blocks and source that a controller uses. `inputs`:
     signals of sources and efforts on blocks. `conditions`: drifts and sensor faults
-    (engine/disturbances_and_faults.py). `reference` (samples,) is None without a controller.
-    `controller` is None if the sources follow signals only, or if the compiled code `target`
-    controls.
+    (engine/disturbances_and_faults.py). `reference` (samples,) is None without a controller. A
+    mechanism with a controller has either `controller` or the compiled code `target`; the other
+    field is None.
     """
 
     samples: int
@@ -94,9 +94,9 @@ def play_all(
     """Simulate all variants in parallel; yield the outcome of each.
 
     tasks: pairs (task, initial positions (n,) [rad | m]); each run starts at rest.
-    `progress(done, total)` is called with numbers of variants, or with numbers of samples if there
-    is a single variant. Raises NoSolutionError, with time and element, if a variant cannot be
-    simulated.
+    `progress(done, total)` receives numbers of variants; if there is a single variant, it receives
+    numbers of samples. Raises NoSolutionError if a variant cannot be simulated; the message states
+    the time and the element.
     """
     total = len(variants)
     done = 0
@@ -130,7 +130,7 @@ def moved(
 ) -> MechanismOutcome:
     """Simulate one variant from rest at the positions `start` (n,) [rad | m].
 
-    `progress(done, total)` is called with numbers of samples. Raises NoSolutionError if the variant
+    `progress(done, total)` receives numbers of samples. Raises NoSolutionError if the variant
     cannot be simulated.
     """
     packed = variant.assembled.packed

@@ -35,7 +35,7 @@ class MechanismVariant:
     """Variant of a mechanism, as a document and as arrays.
 
     `name`: name of the variant, empty for the nominal mechanism. `values`: quantities [SI] that are
-    drawn or stated under `given`, by key. `units`: their units.
+    drawn or stated under `given`, by key. `units`: unit of each quantity in `values`, by key.
     """
 
     name: str
@@ -64,12 +64,12 @@ class MechanismVariant:
 def mechanism_variants(
     document: Mechanism, assembled: AssembledMechanism, scenario: Scenario, owner: str
 ) -> list[MechanismVariant]:
-    """Return the mechanisms of a scenario, by its key `variants`.
+    """Return the mechanisms that the key `variants` of a scenario selects.
 
-    The list has the nominal mechanism, then random ones; for `variants: given` it has only the
-    mechanism with the values under `given`. `owner` is the name of the document in messages. Raises
-    FrictoolError if mechanisms must be drawn but no quantity has a range, or if a mechanism cannot
-    be assembled.
+    The first mechanism is the nominal one; random mechanisms follow. For `variants: given`, the
+    only mechanism has the values under `given`. `owner` is the name of the document in messages.
+    Raises FrictoolError if mechanisms must be drawn but no quantity has a range, or if a mechanism
+    cannot be assembled.
     """
     if scenario.variants == GIVEN:
         return [

@@ -59,10 +59,10 @@ def simulate_open_loop(
 ) -> Log:
     """Simulate a mechanism without a controller; return the log with warnings.
 
-    The log has streams for each variant. `progress(done, total)` is called during the simulation,
-    and `watch(outcome)` after each variant. `names` are the names of the documents in messages.
-    Raises DocumentError if the scenario does not fit the mechanism, NoSolutionError if a variant
-    cannot be simulated.
+    The log has streams for each variant. `progress(done, total)` receives numbers of variants; if
+    there is a single variant, it receives numbers of samples. `watch(outcome)` is called after each
+    variant. `names` are the names of the documents in messages. Raises DocumentError if the
+    scenario does not fit the mechanism, NoSolutionError if a variant cannot be simulated.
     """
     seen = _controlled(document, assembled)
     _check(document, assembled, scenario, names, seen)
@@ -166,7 +166,7 @@ def _check(
         refuse(
             names.scenario,
             "duration_s",
-            f"found {scenario.seconds:g}; allowed: one sample, {period:g} s, or more",
+            f"found {scenario.seconds:g}; allowed: at least one sample ({period:g} s)",
         )
     check_length(
         samples, 1 + (scenario.plants or 0), "duration_s", names.scenario, width_of(assembled)
@@ -200,13 +200,13 @@ def _check_undetermined(scenario: Scenario, names: DocumentNames) -> None:
     )
     for key in ("start", "sensor_faults", "commands", "drive_noise"):
         if getattr(scenario, key):
-            refuse(names.scenario, key, f"belongs to the controlled axis, and {reason}")
+            refuse(names.scenario, key, f"belongs to the controlled axis, but {reason}")
     if scenario.drifts is not None and scenario.drifts.constant:
-        refuse(names.scenario, "drifts.constant", f"belongs to the controlled source, and {reason}")
+        refuse(names.scenario, "drifts.constant", f"belongs to the controlled source, but {reason}")
     for index, disturbance in enumerate(scenario.disturbances):
         if disturbance.on is None:
             refuse(
                 names.scenario,
                 f"disturbances[{index}]",
-                f"names no block, and {reason}; write on: BLOCK",
+                f"names no block; write on: BLOCK, because {reason}",
             )

@@ -34,9 +34,9 @@ def check_least(
 ) -> None:
     """Raise DocumentError if a parameter is below its lower limit, which is another parameter.
 
-    `ranges`: parameters of the plant by name. `spans`: ranges in the scenario's `spread`.
-    `provided`: values under `given` of the scenario. Both replace the ranges of the plant. `drawn`:
-    True if plants are drawn from ranges.
+    `ranges`: parameters of the plant by name. `drawn`: True if plants are drawn from ranges.
+    `spans`: ranges in the scenario's `spread`, used if `drawn` is True. `provided`: values under
+    `given` of the scenario; if `drawn` is True, only those of parameters without a range are used.
     """
     for name, parameter in ranges.items():
         if parameter.least is None:
@@ -53,11 +53,11 @@ def check_least(
         unit = parameter.unit
         most = f"{factor * below.high:g} {unit}"
         if ends.document == names.model and below.document != names.model:
-            problem = f"found up to {most}, above {parameter.label}, {_shown(ends)} {unit}"
+            problem = f"found up to {most}, above {parameter.label} of {_shown(ends)} {unit}"
             refuse(
                 below.document,
                 below.key,
-                f"{problem}; allowed: at most this {parameter.label}; or also write a range of "
+                f"{problem}; allowed: at most this {parameter.label}; otherwise also write a range of "
                 f"{parameter.label}",
             )
         without = "without a range" if ends.document == names.model else "if left out"
@@ -68,8 +68,8 @@ def check_least(
         refuse(
             ends.document,
             ends.key,
-            f"{problem}; allowed: at least this {label}; {without}, {parameter.label} is "
-            f"proportional to {label}",
+            f"{problem}; allowed: at least this {label}; {without}, {parameter.label} keeps its "
+            f"ratio to {label}",
         )
 
 

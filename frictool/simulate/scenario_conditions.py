@@ -52,9 +52,9 @@ def conditions_of(
 ) -> Vector:
     """Return the disturbances, drifts and faults (samples, 8) of a scenario.
 
-    engine/disturbances_and_faults.py names the columns. The result has the shape (0, 8) if the
-    scenario contains none and `factors` is empty. factors: factors of `viscous` and `coulomb`
-    friction at the temperature of the scenario.
+    engine/disturbances_and_faults.py names the columns. If the scenario has no disturbance, drift
+    or fault, and `factors` is empty, the result has the shape (0, 8). factors: factors of `viscous`
+    and `coulomb` friction at the temperature of the scenario.
     """
     happening = scenario.disturbances or scenario.drifts is not None or scenario.sensor_faults
     if not happening and not factors:
@@ -157,7 +157,10 @@ def _sample(instant: float) -> int:
 def command_samples(
     commands: Sequence[ControllerCommand], period: float
 ) -> dict[int, list[CommandName]]:
-    """Return the supervisor's commands by sample: the first sample at or after `at_s`."""
+    """Return index of a sample -> supervisor's commands.
+
+    A command belongs to the first sample at or after its time `at_s`.
+    """
     samples: dict[int, list[CommandName]] = {}
     for one in sorted(commands, key=lambda command: command.at_s):
         index = math.ceil(round(one.at_s / period, SAME_INSTANT))

@@ -27,7 +27,7 @@ def check_steps(
             refuse(
                 name,
                 f"{key}.duration_s",
-                f"found {step.seconds:g}; allowed: one sample, {period:g} s, or more",
+                f"found {step.seconds:g}; allowed: at least one sample ({period:g} s)",
             )
         if step.sine is not None:
             check_frequency(step.sine.frequency_hz, period, f"{key}.sine.frequency_hz", name)
@@ -45,8 +45,8 @@ def check_length(samples: float, runs: int, key: str, name: str, width: float = 
         refuse(
             name,
             key,
-            f"{problem}; allowed: {MAX_SAMPLES / width:.0e} in total; simulate fewer variants or a "
-            "shorter scenario",
+            f"{problem}; allowed: at most {MAX_SAMPLES / width:.0e} in total; simulate fewer "
+            "variants or a shorter scenario",
         )
 
 
@@ -93,14 +93,14 @@ def check_instants(scenario: Scenario, seconds: float, period: float, name: str)
             refuse(
                 name,
                 f"{key}.{end[0]}",
-                f"ends at {end[1]:g} s, after the end; allowed: {seconds:g} s, the duration of the "
-                "scenario",
+                f"ends at {end[1]:g} s, after the end; allowed: at most {seconds:g} s, the "
+                "duration of the scenario",
             )
     for index, fault in enumerate(scenario.sensor_faults):
         if fault.until_s is not None and fault.until_s - fault.at_s < period * (1.0 - SAME_INSTANT):
             key = f"sensor_faults[{index}].until_s"
             lasts = fault.until_s - fault.at_s
-            refuse(name, key, f"lasts for {lasts:g} s; allowed: one sample, {period:g} s, or more")
+            refuse(name, key, f"lasts for {lasts:g} s; allowed: at least one sample ({period:g} s)")
     courses: dict[str, Disturbance | Signal] = {
         f"disturbances[{index}]": disturbance
         for index, disturbance in enumerate(scenario.disturbances)

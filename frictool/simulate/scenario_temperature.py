@@ -13,7 +13,7 @@ from frictool.documents.scenario import Scenario
 def friction_factors(
     scenario: Scenario, law: FrictionOverTemperature | None
 ) -> Mapping[str, float]:
-    """Return factors of the friction parameters by name; empty without a temperature."""
+    """Return factors of the friction parameters by name; empty if `scenario` has no temperature."""
     if scenario.temperature is None or law is None:
         return UNCHANGED
     return factors_at(law, scenario.temperature.value)
@@ -27,7 +27,7 @@ def simulated_temperature(scenario: Scenario, law: FrictionOverTemperature | Non
 
 
 def leaves_law(scenario: Scenario, law: FrictionOverTemperature | None) -> bool:
-    """Return True if the temperature is outside the temperatures of the logs of the model."""
+    """Return True if the temperature is outside the range for which the model was identified."""
     if scenario.temperature is None or law is None:
         return False
     return is_extrapolated(law, scenario.temperature.value)

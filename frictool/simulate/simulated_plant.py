@@ -46,11 +46,11 @@ class VariedParameter(NamedTuple):
     """Range and nominal value of a plant's parameter in SI; low == high if it is known exactly.
 
     - label: name of the parameter in messages
-    - least: (name of another parameter, factor between the units), if that parameter is a lower
-      limit of this one. For a breakaway friction, the limit is the Coulomb friction
+    - least: lower limit, as (name of another parameter, factor between the units), or None. The
+      lower limit of a breakaway friction is the Coulomb friction
 
-    A random value is drawn from those values of the range that are above the limit. A parameter
-    that has no range keeps its ratio to the limit.
+    A random value is drawn from the part of the range above the lower limit. A parameter with a
+    lower limit but without a range keeps its ratio to the lower limit.
     """
 
     low: float
@@ -86,8 +86,8 @@ class SimulatedLoop(NamedTuple):
       (engine/disturbances_and_faults.py)
     - scheduled: one mapping for each variant, from the node index of a scheduled parameter in
       `program` to its value
-    - progress: progress(done, total) is called with numbers of variants; with numbers of samples
-      for a single variant of a mechanism
+    - progress: function that receives the completed and the total number of variants; if a
+      mechanism has a single variant, it receives numbers of samples
     """
 
     controller: Controller
@@ -121,7 +121,7 @@ class SimulatedPlant(Protocol[V]):
     def check(
         self, controller: Controller | None, scenario: Scenario, names: DocumentNames
     ) -> None:
-        """Raise DocumentError if the scenario uses a feature that this plant does not have."""
+        """Raise DocumentError if the scenario uses a feature that this plant does not support."""
 
     def count(self, controller: Controller, scenario: Scenario) -> int:
         """Return the number of variants, including the nominal plant."""

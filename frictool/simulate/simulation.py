@@ -40,15 +40,15 @@ def simulate(
     scenario : Scenario
         Reference or signals, disturbances, faults and variants.
     request : SimulationRequest
-        Log to replay, number format of the controller, compiled code; allowed only with a
+        Log to replay, number format of the controller, and compiled code; allowed only with a
         controller.
     provenance : Provenance, optional
         Origin to store; by default this call.
     names : DocumentNames
         Names of the documents in messages.
     progress : callable
-        Function that is called with the completed and the total number of variants; of samples
-        for a single variant of a mechanism.
+        Function that receives the completed and the total number of variants. If a mechanism has a
+        single variant, it receives numbers of samples.
 
     Returns
     -------

@@ -55,7 +55,7 @@ def check_spread(
         refuse(
             name,
             "spread.within_count",
-            f"the sensor of {names.model} has no counts: remove the key",
+            f"the sensor of {names.model} has no counts; remove the key",
         )
     for index, fault in enumerate(spread.sensor_faults):
         _check_times(fault, f"spread.sensor_faults[{index}]", seconds, rig.sample_period_s, name)
@@ -113,7 +113,7 @@ def _check_ends(
                 refuse(
                     names.scenario,
                     f"spread.parameters.{parameter}.{end}",
-                    f"{problem}; allowed: >= 0, as {plant.ranges()[least[0]].label}",
+                    f"{problem}; allowed: at least 0, as for {plant.ranges()[least[0]].label}",
                 )
             values = {parameter: Quantity(value=value, unit=span.unit)}
             one = msgspec.structs.replace(
@@ -151,13 +151,13 @@ def _check_times(
         refuse(
             name,
             f"{key}.{of_it}",
-            f"found {lasts.low:g} s; allowed: one sample, {period:g} s, or more",
+            f"found {lasts.low:g} s; allowed: at least one sample ({period:g} s)",
         )
     if one.at_s.high + lasts.high > seconds * (1.0 + SAME_INSTANT):
         end = one.at_s.high + lasts.high
         refuse(
             name,
             f"{key}.{of_it}",
-            f"may end at {end:g} s, after the end; allowed: {seconds:g} s, the duration of the "
-            "scenario",
+            f"may end at {end:g} s, after the end; allowed: at most {seconds:g} s, the duration of "
+            "the scenario",
         )

@@ -40,7 +40,7 @@ LIMIT = "`dask worker --memory-limit`"
 MODULE = "'frictool"  # in the message of a failed import of this package or a module of it
 # s without a result, after which workers are checked for a pause due to low memory
 LONG_S = 20.0
-# the run fails if no task has returned results, and HOPELESS times the largest number of tasks in
+# the run fails if no task has returned results and HOPELESS times the largest number of tasks in
 # progress were given up
 HOPELESS = 2
 ALONE = 3  # the run fails if this many jobs, each repeated alone, were given up and none is done
@@ -267,7 +267,7 @@ class ClusterRun:
         self._last_answer = time.monotonic()
         if isinstance(results, dask_worker.DifferentInstallation):
             raise ClusterError(
-                f"{self._address}: worker on {results.host} differs: "
+                f"{self._address}: worker on {results.host} differs from this machine: "
                 f"{differences(installation(), results.there)}"
             )
         if isinstance(results, dask_worker.TransferFailure):

@@ -5,8 +5,8 @@
                                     └── dask_cluster.py   workers of a Dask scheduler
          (index, result), ... ◀─────┘   in the order of completion
 
-If the result of a function depends only on the job, the results are the same in all three cases and
-for any number of processes. If a worker dies, another worker repeats the jobs of its task.
+If the result of a function depends only on the job, the place of execution and the number of
+processes do not change the results. If a worker dies, another worker repeats the jobs of its task.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def share(
         If `cores` or `batch` is below 1.
     """
     if (cores is not None and cores < 1) or batch < 1:
-        raise ValueError(f"cores, batch: found {cores}, {batch}; allowed: at least 1")
+        raise ValueError(f"cores, batch: found {cores}, {batch}; allowed: each at least 1")
     if cluster is not None:
         from frictool.workers.dask_cluster import run_on_cluster
 

@@ -138,7 +138,7 @@ def test_what_is_not_determined_is_not_logged_as_an_axis() -> None:
     for keys, words in (
         (
             {"start": Quantity(value=1.0, unit="rad")},
-            "start: belongs to the controlled axis, and mechanism.yaml does not state the source",
+            "start: belongs to the controlled axis, but mechanism.yaml does not state the source",
         ),
         (
             {"disturbances": (Disturbance("step", Quantity(value=0.1, unit="N m"), 0.0),)},
@@ -198,7 +198,7 @@ def test_names_of_signals_are_those_that_ros_takes() -> None:
             {},
             r"sources.push\[0\].duration_s: ends at 0.15 s, after the end",
         ),
-        ({}, {"duration_s": 1e-5}, "duration_s: found 1e-05; allowed: one sample"),
+        ({}, {"duration_s": 1e-5}, "duration_s: found 1e-05; allowed: at least one sample"),
         ({}, {"duration_s": 1e9}, r"duration_s: requests 1e\+12 samples"),
         ({}, {"variants": "vertices"}, "variants: found vertices, which only a single axis has"),
         (

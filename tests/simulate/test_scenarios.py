@@ -259,7 +259,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
         (
             LOAD + "step, effort: {value: 1, unit: N}, at_s: 0}\n",
             8,
-            "does not measure effort of a rotary axis",
+            "is not a unit of effort for a rotary axis",
         ),
         (LOAD + "puls, effort: ONE, at_s: 0}\n", 8, "did you mean 'pulse'?"),
         (
@@ -270,7 +270,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
         (
             LOAD + "pulse, effort: ONE, at_s: 0.5, duration_s: 0.6}\n",
             8,
-            "disturbances[0].duration_s: ends at 1.1 s, after the end; allowed: 1 s",
+            "disturbances[0].duration_s: ends at 1.1 s, after the end; allowed: at most 1 s",
         ),
         (
             FAULT + "lost_counts, at_s: 2, counts: 3}\n",
@@ -296,7 +296,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
         (
             FAULT + "encoder_stuck, at_s: 0.2, until_s: 0.2001}\n",
             8,
-            "until_s: lasts for 0.0001 s; allowed: one sample",
+            "until_s: lasts for 0.0001 s; allowed: at least one sample",
         ),
         (
             FAULT + "drive_gain, at_s: 0.2, gain_error: -1}\n",
