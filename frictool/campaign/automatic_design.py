@@ -3,9 +3,10 @@
     DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
 
 A family is a set of candidate controllers with the same structure. The simplest family is searched
-first; the search ends when a candidate meets the specification. If no family has such a candidate,
-but the best one violates the specification only slightly, its family is searched again for a longer
-response time. A last search starts from that design and requires the specified response time.
+first; the search ends when a candidate meets the specification. If no candidate meets the
+specification, but the best candidate violates it only slightly, the family of the best candidate is
+searched again for a longer response time. Further searches shorten the response time to the
+specified one. Each of them starts from the design of the previous search.
 """
 
 from __future__ import annotations
@@ -189,7 +190,7 @@ class _Search:
 
 
 def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
-    """Return the keys of a design that have the same value in every candidate, with the values."""
+    """Return the keys and values that the designs of all candidates share."""
     kept: dict[str, object] = {}
     if wishes is not None:
         kept = {key: value for key in KEPT if (value := getattr(wishes, key)) is not None}

@@ -83,8 +83,8 @@ class CampaignRequest:
     number : {"double", "float", "q31"}
         Number format of the controller.
     cores : int or None
-        Number of processes; None uses several processes only if this saves time. If the number is
-        not 1, a script must call the function below `if __name__ == "__main__":`.
+        Number of processes. If it is None, several processes are used only if this saves time. If
+        it is not 1, a script must call `campaign` inside `if __name__ == "__main__":`.
     cluster : str or None
         Address of a Dask scheduler; its workers run the trials.
     """
@@ -217,7 +217,7 @@ def conduct(
 
     `shared`: function that takes the expected duration of the work [s]; it returns a function
         that runs jobs in one or several processes.
-    `commands`: function that takes the name of a scenario file; it returns the commands for it.
+    `commands`: function that returns the commands to simulate the scenario file of a given name.
 
     Raises NoSolutionError if the nominal run decides no requirement.
     """

@@ -63,7 +63,7 @@ class DesignTest:
 
     @cached_property
     def judge(self) -> ControllerJudge:
-        """Return the judge that simulates all plants in the scenario."""
+        """Return an object that simulates the scenario with all plants and judges each run."""
         return self.judge_of(self.scenario, self.spec)
 
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:

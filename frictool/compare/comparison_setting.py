@@ -83,7 +83,7 @@ def scales_of(
         raise ValueError(
             f"inertia {mass:g}, coulomb {coulomb:g}, viscous {viscous:g}: the tests' unit of time "
             f"is {time:g} s, their unit of length {length:g}; "
-            f"allowed: {SHORTEST:g} to {1.0 / SHORTEST:g}"
+            f"allowed for both: {SHORTEST:g} to {1.0 / SHORTEST:g}"
         )
     return UnitScales(coulomb, time, length, breakaway / coulomb)
 

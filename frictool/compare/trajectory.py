@@ -16,7 +16,7 @@ class LawTrajectory:
     """Samples of a simulated test.
 
     - time, position, velocity, friction: samples (n,) in SI
-    - sticks: begin and end [s] of each stick phase; the last phase may reach the end of the run
+    - sticks: start and end [s] of each stick phase; the last phase may reach the end of the run
     """
 
     time: Vector

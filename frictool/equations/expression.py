@@ -105,7 +105,7 @@ class Term:
 
 @dataclass(frozen=True)
 class Equation:
-    """Equation (sum of `coefficients`) `of` = sum of `right`.
+    """Equation (sum of `coefficients`) times `of` = sum of `right`.
 
     unit: unit of every term. key: key of the equation's element in the document. when: condition
     under which the equation is valid. source: number of the equation in the thesis.

@@ -58,7 +58,7 @@ def _fall(symbols: dict[str, Term], speed: Term) -> Term:
 
 
 def dry_level(name: str, element: FrictionOf, notation: Notation) -> Term | None:
-    """Return the largest friction at rest; None if 0 or dependent on the law's internal state."""
+    """Return the largest friction at rest; None if it is 0 or depends on an internal state."""
     law = LAWS[element.law]
     if law.approximation or law.kind == "dynamic":
         return None

@@ -91,7 +91,7 @@ class AxisSetting:
     text : str
         Meaning, for the description.
     least, most : float
-        Ends of the allowed values.
+        Smallest and largest allowed value.
     tunable : bool
         True if the parameter may change during a simulation.
     quantity : Quantity or None

@@ -5,8 +5,8 @@ The functions are arm_biquad_cascade_df1_f32, _q31 and _q15:
     f32    y = b0 x + b1 x1 + b2 x2 + a1 y1 + a2 y2; a1 and a2 have the opposite sign
            of H = (b0 + ..)/(1 + a1/z + a2/z^2)
     q31    acc = the same sum in the format 2.62 (2 integer bits, 62 fraction bits),
-           y = acc >> (31 - postShift); the sum must stay within +-2 and y within +-1,
-           because an overflow changes the sign in both
+           y = acc >> (31 - postShift); acc must stay within +-2 and y within +-1, because an
+           overflow of acc or y changes the sign
     q15    acc = the same sum in the format 34.30, y = acc >> (15 - postShift); y saturates
 
 In fixed point each coefficient is multiplied by 2^-postShift before it is stored. The signals are

@@ -142,8 +142,8 @@ def export(
     FrictoolError
         If the language or the number format does not exist.
     NoSolutionError
-        If the rounded loop cannot be verified, the format cannot represent the controller, or the
-        C code exceeds a limit of `target` in the controller's bench.
+        If the loop with rounded coefficients cannot be verified, if the format cannot represent the
+        controller, or if the C code exceeds a limit of `target` in the controller's bench.
     """
     for what, choice, allowed in (
         ("language", language, CONTROLLER_LANGUAGES),

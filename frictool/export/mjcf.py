@@ -14,7 +14,7 @@ J is the inertia and x the position of the joint. friction/lugre.py and friction
 the symbols of LuGre. A is the amplitude of the effort ripple, N its angular wave number.
 
 MuJoCo regularises `frictionloss`: below breakaway the joint creeps in proportion to the effort. The
-file has the stiffest regularisation that MuJoCo allows at its time step.
+file has the stiffest regularisation that MuJoCo allows at the time step of the file.
 """
 
 from __future__ import annotations

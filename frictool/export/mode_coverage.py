@@ -13,9 +13,9 @@ from frictool.control.target_band import BRAKE, REST, RUN
 class VisitCondition:
     """Condition on the values of a program after a sample.
 
-    - index, value: the node `index` of the program must have the value `value`
-    - differs: True if the node must have another value than `value`
-    - where: node that must also differ from 0; None for no such condition
+    - index: number of the node of the program that the condition concerns
+    - value: value that the node must have or, if `differs` is True, must not have
+    - where: number of a second node, which must differ from 0; None without a second node
     - text: description of the condition
     """
 

@@ -63,7 +63,7 @@ def conversion_macros(
     highest word. For every input, a macro also converts a constant in SI. Two more macros convert
     encoder counts to the position's word, and the drive's word to thousandths of an A or V.
 
-    `prefix`: begin of each macro's name.
+    `prefix`: first part of each macro's name.
     `step`: position per encoder count [rad | m].
     """
     lines: list[str] = []

@@ -42,8 +42,8 @@ FINER = {
 class RoundedLoop:
     """Smallest modulus margin and largest norm with rounded coefficients.
 
-    `at`, `norm_at`: vertices of these two values.
-    `norm`: None if the document contains no weights.
+    `at`, `norm_at`: vertices of the smallest margin and of the largest norm.
+    `norm`: largest norm; None if the document contains no weights.
     """
 
     modulus_margin: float
@@ -206,7 +206,8 @@ def _brake(controller: Controller, number: Number) -> None:
             raise _refused(
                 controller,
                 number,
-                f"at vertex {point.name} the limiter's virtual friction is unstable at rest",
+                f"at vertex {point.name} the loop with the limiter's virtual friction is unstable "
+                "at rest",
             )
 
 

@@ -66,7 +66,7 @@ class TargetFigures:
     def over_budget(self, target: Target) -> list[str]:
         """Return a text for each number that exceeds its limit in `target` in bench.yaml."""
         return [
-            f"{value} {words}, allowed: {limit} (target.{key})"
+            f"{value} {words}, allowed: at most {limit} (target.{key})"
             for key, words, value, limit in self._budget(target)
             if value is not None and value > limit
         ]

@@ -34,12 +34,12 @@ SlipTerm = Literal["coulomb", "stribeck", "viscous"]
 
 
 def curved_slip(p: Vector) -> tuple[float, float]:
-    """Return (inf, 1), the `slip_scales` of a law whose slip force is nonlinear at any speed."""
+    """Return (inf, 1), the `slip_scales` of a law whose slip force is nonlinear at all speeds."""
     return math.inf, 1.0
 
 
 def straight_slip(p: Vector) -> tuple[float, float]:
-    """Return (0, 1), the `slip_scales` of a law whose slip force is linear at any speed."""
+    """Return (0, 1), the `slip_scales` of a law whose slip force is linear at all speeds."""
     return 0.0, 1.0
 
 

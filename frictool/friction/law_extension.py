@@ -169,7 +169,7 @@ class FrictionExtension:
         if self.lag > 0.0 and self.delay > 0.0:
             raise ValueError(
                 f"film: lag {self.lag:g} s and delay {self.delay:g} s are above 0; "
-                "allowed: one of them, not both"
+                "allowed: one of the two, not both"
             )
 
     def _check_law(self, law: Law) -> None:
@@ -180,19 +180,19 @@ class FrictionExtension:
         if self.rise_time > 0.0 and (dynamic or "breakaway" not in names):
             reason = "never rests" if dynamic else "has no breakaway"
             raise ValueError(
-                f"{law.name} {reason}; allowed: rise_time 0, no rise with the time at rest (dwell)"
+                f"{law.name} {reason}; allowed: rise_time 0 (no rise of the breakaway at rest)"
             )
         if stores and by_direction:
             raise ValueError(
                 f"{law.name} stores energy in its contacts: friction that differs by direction "
-                "would release more energy than was stored"
+                "would release more energy than was stored; use equal friction in both directions"
             )
         if (self.lag > 0.0 or self.delay > 0.0 or self.boundary > 0.0) and (
             dynamic or law.approximation
         ):
             raise ValueError(
-                f"{law.name} does not support a lubricant film; allowed: a hybrid or a static law "
-                "that can stick"
+                f"{law.name} does not support a lubricant film; allowed: a hybrid law, or a static "
+                "law that can stick"
             )
 
 

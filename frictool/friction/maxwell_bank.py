@@ -24,7 +24,7 @@ def bank_tail(displacements: Vector, forces: Vector) -> Vector:
     """Return the elements (2 N,) whose virgin curve passes through (0, 0) and N points.
 
     `displacements` and `forces` (N,) are in any units. Raises ValueError if the displacements do
-    not increase from 0, or if the curve is not increasing and concave up to its last point.
+    not increase from 0, or if the slope of the curve is negative or increases at a point.
     """
     z = np.concatenate([[0.0], np.asarray(displacements, dtype=np.float64)])
     f = np.concatenate([[0.0], np.asarray(forces, dtype=np.float64)])

@@ -12,7 +12,7 @@ def energy(time: Vector, drive: Vector, energy_window: float) -> float | str:
     """Return the mean square of the drive (n,) [A^2 | V^2] over the first `energy_window` [s].
 
     The window begins at the step. Each sample counts for the time until the next sample. If the
-    samples end before the window, return the reason as text.
+    samples end before the window ends, return the reason as text.
     """
     period = median(np.diff(time))
     if float(time[-1] - time[0]) + 1.5 * period < energy_window:

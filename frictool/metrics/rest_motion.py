@@ -11,7 +11,7 @@ from frictool.typing import Vector
 
 
 def late_samples(time: Vector, after: float) -> slice | None:
-    """Return the slice of the samples that are later than `after` [s] from the first sample.
+    """Return the slice of the samples that are more than `after` [s] later than the first sample.
 
     `time`: times of the samples (n,) [s]. The result is None if the slice has fewer than ten
     samples.

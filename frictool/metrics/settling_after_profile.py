@@ -23,16 +23,17 @@ def settling_after_profile(
     time, tracked, position : Vector
         Time [s], reference and position [rad or m] of each sample, (n,).
     settling_band : float
-        Largest error of a settled axis [rad or m]; one sensor step if that is more.
+        Largest error of a settled axis [rad or m]. If the sensor step is larger, the sensor step is
+        used instead.
     resolution : float
         Step of the position sensor [rad or m], 0 if unknown.
 
     Returns
     -------
     float or str
-        Settling time: from the end of a motion until |error| stays below `settling_band`. It is
-        infinite if the error exceeds `settling_band` when the next motion begins. If no motion is
-        followed by 20 samples of constant reference, the result is a reason as text.
+        Settling time: from the end of a motion until |error| no longer exceeds `settling_band`. The
+        time is infinite if |error| exceeds `settling_band` when the next motion begins. If no
+        motion is followed by 20 samples of constant reference, the result is a reason as text.
     """
     changes = np.append(changed_samples(tracked), tracked.size - 1)
     band = max(settling_band, resolution) * (1.0 + 1e-9)

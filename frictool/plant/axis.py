@@ -50,7 +50,7 @@ LOOSE = 2.0  # moving inside the backlash; -2 in the negative direction
 
 
 class AxisParameters(NamedTuple):
-    """Parameters of an axis, SI, rotary | linear.
+    """Parameters of an axis, in SI units of a rotary | linear axis.
 
     `checked` replaces a `breakaway` below `coulomb` by `coulomb`. offset: constant effort that
     opposes a positive drive. constant: effort per A or V. lag [s]: time constant of the drive.

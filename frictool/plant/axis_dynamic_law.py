@@ -48,7 +48,7 @@ def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
         return extension
     if shape.breakaway != shape.coulomb:
         raise ValueError(
-            "position.breakaway differs from position.coulomb; allowed with a dynamic law: equal "
+            "position.breakaway differs from position.coulomb; a dynamic law needs equal "
             "polynomials"
         )
     ends = (shape.low, shape.high)
@@ -65,7 +65,7 @@ def _knees(laws: AxisLaws, viscous: float) -> tuple[tuple[float, float], ...]:
         if regime.backward - slopes[1] != added:
             raise ValueError(
                 f"above the speed {regime.knee:g}, viscous friction rises by {added:g} forward and "
-                f"{regime.backward - slopes[1]:g} backward; allowed with a dynamic law: equal rises"
+                f"{regime.backward - slopes[1]:g} backward; a dynamic law needs equal rises"
             )
         knees.append((regime.knee, added))
         slopes = (regime.forward, regime.backward)

@@ -75,12 +75,13 @@ def step_zone(length: float, resolution: float, overshoot: float | None = None) 
         Resolution of the position sensor, rad | m. The half width of the zone and the permitted
         overshoot are at least this value.
     overshoot
-        Largest overshoot relative to the length; None if only the zone limits it.
+        Permitted overshoot relative to `length`; None for no requirement on the overshoot.
 
     Returns
     -------
     StepZone
-        The zone around the target; the permitted overshoot limits its upper end.
+        The target ± 5 % of `length`. The end beyond the target is reduced to the permitted
+        overshoot if that is smaller.
     """
     zone = max(ZONE * length, resolution)
     beyond = zone if overshoot is None else min(zone, max(overshoot * length, resolution))

@@ -29,8 +29,8 @@ GROWTH = 1.0 + 1e-12  # factor on a radius: more than the rounding errors of a s
 class Forms(NamedTuple):
     """Table of affine forms (module docstring), one per row.
 
-    center (n,), gen (n, generators), error (n,). extent (n,): the generators of a row from this
-    column on are 0. low, high (n,): additional bounds of the values. size (1,): number of
+    center (n,), gen (n, generators), error (n,). extent (n,): column of `gen` from which on the
+    generators of a row are 0. low, high (n,): additional bounds of the values. size (1,): number of
     generators in use.
     """
 

@@ -126,8 +126,9 @@ def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> tu
 def thresholds(state: AxisSet, p: PlantBox) -> tuple[RoundedInterval, RoundedInterval]:
     """Return the breakaway [N m | N] in the positive and in the negative direction.
 
-    In a direction in which the motor pushes the load, the breakaway is that of the axis, else that
-    of the motor alone. Without backlash, it is that of the axis in both directions.
+    Without backlash, both values are the breakaway of the axis. With backlash, a direction in which
+    the motor pushes the load has the breakaway of the axis, any other direction the breakaway of
+    the motor alone.
     """
     return (
         p.breakaway if _carries(state, p, 1) else p.gap_breakaway,
@@ -291,7 +292,7 @@ def _fitting_step(speed: float, fastest: float, length: float) -> float:
 class _Phase:
     """Coefficients of a slip with the speed w >= 0: w' = settled + excess e^(-rate t) - alpha w.
 
-    speed: w at t = 0. losing: interval that contains the exact value of `rate`, the rounded rate.
+    speed: w at t = 0. losing: interval that contains the exact rate; `rate` is rounded.
     """
 
     speed: RoundedInterval

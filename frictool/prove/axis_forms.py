@@ -111,10 +111,10 @@ class AxisCell(NamedTuple):
     """Constants of the axis for a cell, which is a box of plant parameters.
 
     Accelerations are in rad/s^2 | m/s^2 (effort divided by the inertia), `backlash` in rad | m.
-    gap_share: friction inside the backlash divided by the friction of the axis. breakaway,
-    gap_breakaway: breakaway divided by friction, of the axis and inside the backlash. lag_time:
-    integral of e^(-t/lag) over a sample [s]. lag_move: difference between the second integral of
-    e^(-t/lag) and that of its mean value [s^2].
+    gap_share: friction inside the backlash divided by the friction of the axis. breakaway:
+    breakaway of the axis divided by its Coulomb friction. gap_breakaway: the same quotient inside
+    the backlash. lag_time: integral of e^(-t/lag) over a sample [s]. lag_move: error of a double
+    integral over a sample [s^2] if e^(-t/lag) is replaced by its mean value.
     """
 
     period: float
@@ -150,7 +150,7 @@ def drive_bounds(f: Forms, o: int, c: AxisCell) -> tuple[float, float]:
 
 @part_kernel
 def frictions(contact: int, forward: bool, c: AxisCell) -> tuple[float, float, float]:
-    """Return the least and largest friction and the largest viscous coefficient, over the inertia.
+    """Return least and largest friction, and largest viscous coefficient, divided by the inertia.
 
     contact: contact with the load (ANY ... BEHIND). forward: True for a motion in positive
     direction.
@@ -164,7 +164,7 @@ def frictions(contact: int, forward: bool, c: AxisCell) -> tuple[float, float, f
 
 @part_kernel
 def breakaways(contact: int, forward: bool, c: AxisCell) -> tuple[float, float]:
-    """Return the least and the largest breakaway friction over the inertia [rad/s^2 | m/s^2].
+    """Return the least and the largest breakaway, divided by the inertia [rad/s^2 | m/s^2].
 
     contact: contact with the load (ANY ... BEHIND). forward: True for a motion in positive
     direction.
@@ -353,8 +353,8 @@ def _contact_now(
 def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
     """Update the contact with the load after a sample with the given contact.
 
-    Inside the backlash, the distance to the contact follows from the position alone, so that it
-    stays known if the direction of motion is uncertain.
+    Inside the backlash, the distance to the contact follows from the position alone. The distance
+    therefore stays known if the direction of motion is uncertain.
     """
     low, high = lowest(f, o + Y), highest(f, o + Y)
     a, b = m[SPEED_LOW], m[SPEED_HIGH]

@@ -98,8 +98,9 @@ class HoldGoal:
 class BoxTest:
     """Step test for all plants of a parameter box.
 
-    loop: sampled loop. goals: requirements of each hold. start: first start. box: interval of each
-    parameter. load: constant load [N m | N]. travel: positions of the end stops [rad | m].
+    loop: sampled loop. goals: requirements of each hold. start: starts of the first hold. box:
+    interval of each parameter. load: constant load [N m | N]. travel: positions of the end stops
+    [rad | m].
     """
 
     loop: TubeLoop
@@ -243,7 +244,7 @@ def _latest_rest(spec: Spec, length: float) -> float:
 
 
 def prove_cell(test: BoxTest, ratios: CellRatios) -> None:
-    """Prove all holds of the step test for a cell; raise UnprovedCell with the reason if not."""
+    """Prove all holds of the step test for a cell; raise UnprovedCell if a hold is not proved."""
     start = test.start
     for index, goal in enumerate(test.goals):
         parts = [start]
@@ -265,7 +266,7 @@ def prove_cell(test: BoxTest, ratios: CellRatios) -> None:
 
 def _hold(test: BoxTest, ratios: CellRatios, start: StepStart, goal: HoldGoal) -> list[StepBounds]:
     if start.position[1] - start.position[0] > WIDEST_PART:
-        raise UnprovedCell("the interval of initial positions is too long")
+        raise UnprovedCell("the interval of initial positions exceeds WIDEST_PART")
     found = step_bounds(test.loop, ratios, start, goal.plan)
     for one in found:
         _check(test, goal, one)
@@ -290,7 +291,7 @@ def _divided(start: StepStart, step: float) -> list[StepStart]:
 
 
 def _bounded(start: StepStart) -> StepStart | None:
-    """Return the starts whose contact is on the right side of the axis; None if there are none."""
+    """Remove starts whose contact is on the wrong side of the axis; None if none is left."""
     low, high = start.far
     if start.contact == ax.IN_FRONT:
         low = max(low, start.position[0])
@@ -419,8 +420,9 @@ def search(
 def _largest_gains(test: BoxTest, waiting: dict[str, Vector], proved: list[str]) -> list[str]:
     """Return the ROUND_SIZE cells with the largest expected gain.
 
-    A cell next to a proved one is more likely to be proved. The expected gain is the volume times
-    exp(-distance), with the distance to the nearest proved cell in sizes of the cell.
+    A cell next to a proved cell is more likely to be proved. The expected gain is the volume of the
+    cell times exp(-d); d is the distance to the nearest proved cell, divided by the size of the
+    cell.
     """
     if not waiting or not proved:
         return list(waiting)[:ROUND_SIZE]
@@ -432,7 +434,7 @@ def _largest_gains(test: BoxTest, waiting: dict[str, Vector], proved: list[str])
 
 
 def _position_and_size(test: BoxTest, path: str) -> Vector:
-    """Return the middle of a cell and its size, in sizes of a first cell, and its share (5,)."""
+    """Return (5,): middle and size of a cell, in units of FIRST_SIZE, and the cell's share."""
     ratio, friction, viscous = intervals_of(test, path)
     middle = (0.5 * math.log(ratio[0] * ratio[1]), 0.5 * math.log(friction[0] * friction[1]))
     place = np.array([*middle, 0.5 * (viscous[0] + viscous[1])]) / FIRST_SIZE

@@ -80,13 +80,13 @@ def run_samples(
 ) -> int:
     """Run the tube from sample span[0] to span[1] - 1, and set span[0] to the sample reached.
 
-    span[2]: decision if it is uncertain whether the axis is inside the rest band: 1 inside, 0
-    outside; -1 ends the run there. span[3]: first sample whose position is stored in
+    span[2]: assumption if it is uncertain whether the axis is inside the rest band: 1 inside, 0
+    outside, -1 none, so that the run ends. span[3]: first sample whose position is stored in
     `past`; from then on no generator is removed. m: motion state (axis_forms.py). reference (n,):
     reference at each sample. step: encoder step. delay: samples. limit: drive limit. rows: rows
-    that keep values between samples. record (n, 4): bounds of the position at each sample and until
-    the next. Returns DONE, FULL (no generator is free), UNBOUNDED (the position is too uncertain),
-    or the row of an uncertain band condition.
+    that keep values between samples. record (n, 4): bounds of the position at each sample, and from
+    each sample to the next. Returns DONE, FULL (no generator is free), UNBOUNDED (the position is
+    too uncertain), or the row of an uncertain band condition.
     """
     o = c.scratch + 1
     while span[0] < span[1]:
@@ -326,8 +326,7 @@ class StepStart:
     - contact: contact with the load (ANY ... BEHIND of axis_forms.py)
     - reach: least and largest distance to the contact in the direction of motion [rad | m]; in
       both directions if the contact is GAP
-    - far: interval of the position of the contact, if it is in front of or behind the axis
-      [rad | m]
+    - far: interval of the position of the contact [rad | m], if `contact` is IN_FRONT or BEHIND
     """
 
     position: tuple[float, float]
@@ -339,14 +338,14 @@ class StepStart:
 
 @dataclass(frozen=True)
 class StepPlan:
-    """Reference of a step, and times of the step in samples from its beginning.
+    """Reference of a step, and important samples, counted from the beginning of the step.
 
     - reference: one value per sample (n,) [rad | m]
     - response: first sample at which the position has to stay near its final value
-    - pause: last sample up to `response` at which the prefilter moves again after it was settled; 0
-      if there is none
-    - settled: first sample from which the prefilter stays settled
-    - tracked: least and largest filtered reference from `settled` on [rad | m]
+    - pause: last sample, at most `response`, at which a settled prefilter starts to move again; 0
+      if there is no such sample
+    - settled: first sample after the last motion of the prefilter
+    - tracked: least and largest filtered reference at the samples k >= settled [rad | m]
     """
 
     reference: Vector
@@ -405,7 +404,7 @@ def step_bounds(
 ) -> list[StepBounds]:
     """Return the bounds of a step for each branch of the tube.
 
-    Raises UnprovedCell if the enclosure becomes too wide, or if it gives no bounds of the rest.
+    Raises UnprovedCell if the enclosure becomes too wide, or does not show that the axis stops.
     """
     cell = loop.axis.cell(ratios)
     stack = [_started(loop, ratios, start, plan)]

@@ -24,8 +24,8 @@ def verdict_of(proof: Proof) -> str:
 def json_view(proof: Proof, differing: tuple[str, ...] | None) -> dict[str, Any]:
     """Return a proof as JSON values.
 
-    differing: keys in which a repeated proof differs from the stored one; None if it was not
-    repeated.
+    differing: keys in which a repeated proof differs from the stored proof; None if the proof was
+    not repeated.
     """
     return {
         "name": proof.name,
@@ -90,9 +90,10 @@ def _plants(proof: Proof) -> str:
 
 
 def confirmation(again: Proof, differing: tuple[str, ...]) -> list[str]:
-    """Return text lines for a repeated proof, with the keys in which the stored proof differs.
+    """Return lines of text that state whether a repeated proof confirms the stored proof.
 
-    again: repeated proof. differing: these keys; empty if the stored proof is confirmed.
+    again: repeated proof. differing: keys in which the stored proof differs from `again`; empty if
+    the stored proof is confirmed.
     """
     if not differing:
         return [

@@ -87,7 +87,8 @@ def prove_step(
     """Prove the requirements of a step test for every start within an encoder count.
 
     The plants are the nominal plant and the plants of the scenario's `variants`. `cores` processes
-    share the plants, by default one process for each core; their number does not change the proof.
+    share the plants, by default one process for each core; the number of processes does not change
+    the proof.
 
     Raises
     ------

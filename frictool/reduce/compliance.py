@@ -29,7 +29,7 @@ TAKES_PART = 0.05  # smallest share in a mode's strain energy of a link that is 
 class LinkResonance:
     """Compliant link with its slowest resonance.
 
-    frequency: resonance frequency [rad/s]. For a link that takes part in no oscillation, w_r of
+    frequency: resonance frequency [rad/s]. If the link takes part in no oscillation, it is w_r of
         the module docstring, with the inertias on the two sides of the link.
     damping: damping ratio of the resonance.
     compliance: 1/stiffness [rad/(N m) | m/N].
@@ -144,7 +144,7 @@ def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
 
 
 def middle(mechanism: Mechanism) -> np.ndarray:
-    """Return the positions of the blocks in the middle of the travel; if unknown, at the start."""
+    """Return the blocks' positions in mid-travel; if the travel is unknown, at the start."""
     assembled, travel = assemble_cached(mechanism), known_travel(mechanism)
     return (
         assembled.start if travel is None else assembled.start * 0.0 + 0.5 * (travel[0] + travel[1])

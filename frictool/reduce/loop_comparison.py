@@ -95,7 +95,9 @@ def in_loop(
 def _refused(step: LoopStep, tolerance: float, period: float, resolution: float) -> str | None:
     where = f"step at {step.time:g} s"
     if step.distance > step.allowed:
-        return f"{where}: positions differ by {step.distance:.3g}; allowed: {step.allowed:.3g}"
+        return (
+            f"{where}: positions differ by {step.distance:.3g}; allowed: at most {step.allowed:.3g}"
+        )
     # a step of a few counts has no response time
     if abs(step.target - step.origin) < 4.0 * resolution:
         return None
@@ -103,7 +105,7 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
         return (
             f"{where}: "
             f"only {'the one-inertia model' if math.isfinite(step.reduced_s) else 'the mechanism'} "
-            "settles; allowed: that both or neither settle"
+            "settles; both or neither must settle"
         )
     if math.isfinite(step.whole_s) and abs(step.reduced_s - step.whole_s) > max(
         tolerance * step.whole_s, period

@@ -55,8 +55,8 @@ class LinkLoss:
             return 1.0 - self.back, 1.0 + self.drive
         if self.back >= 1.0:
             raise NoSolutionError(
-                "the source acts on the load end of an irreversible link, which cannot drive the "
-                "link; swap the two blocks of the link"
+                "the source acts on the load end of an irreversible link, but only the other end "
+                "can drive; swap the two blocks of the link"
             )
         return 1.0 / (1.0 + self.drive), 1.0 / (1.0 - self.back)
 
@@ -120,7 +120,7 @@ def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResi
 
 
 def position_elements(mechanism: Mechanism, block: str) -> tuple[str, ...]:
-    """Return the names of the links of the block that its resistance curves replace."""
+    """Return the names of the links that the resistance curves of the block replace."""
 
     def is_one(link: Link) -> bool:
         if isinstance(link, Spring):

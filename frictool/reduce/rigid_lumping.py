@@ -85,7 +85,7 @@ def with_mass(block: Block, mass: Quantity) -> Block:
 
 
 def added(one: Quantity, other: Quantity) -> Quantity:
-    """Return the sum of two quantities; if any has an interval, with the sum of the intervals."""
+    """Return the sum of two quantities, with the sum of their intervals if one has an interval."""
     ends: list[float | None] = [None, None]
     if any(end is not None for end in (one.low, one.high, other.low, other.high)):
         ends = [a + b for a, b in zip(one.interval, other.interval, strict=True)]

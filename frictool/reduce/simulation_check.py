@@ -217,7 +217,7 @@ def _refused(
             error = f"an error of {100 * one.predicted:.3g} % of {one.of}"
             allowed = (
                 f"{one.step}: neglecting {one.neglects} causes {error}; "
-                f"allowed: {100 * tolerance:g} %"
+                f"allowed: at most {100 * tolerance:g} %"
             )
             return (
                 f"{allowed}; try {_other(one.step, chain.whole, tolerance)}"

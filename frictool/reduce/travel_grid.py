@@ -44,8 +44,8 @@ def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     reach = float(np.max(sources.constant * sources.limit)) / stiffness
     if not np.isfinite(reach):
         raise NoSolutionError(
-            f"{mechanism.name}: a mechanism with springs needs a known travel; write `travel`, end "
-            "stops, or a limit of the source"
+            f"{mechanism.name}: a mechanism with springs needs a known travel; add `travel`, end "
+            "stops, or `limit` of the source"
         )
     return start - reach, start + reach
 

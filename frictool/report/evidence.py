@@ -47,8 +47,8 @@ class StreamEvidence:
     - nominal: True for the nominal plant (`/axis`, or the only stream of its log), False for a
       plant variant
     - simulated: True for a stream of a simulated log
-    - load: lower and upper bound of the load's position behind the backlash, (n,) each; both are
-      the logged position if the log contains it; None if the position is unknown
+    - load: lower and upper bound of the load's position behind the backlash, (n,) each; both equal
+      the logged load position if the log contains it; None if the load's position is unknown
     - drive_limit: limit of the drive, A | V; None if unknown
     - modulus_margin: modulus margin of the controller's loop with the stream's plant; None if
       unknown

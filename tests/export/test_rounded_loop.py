@@ -98,7 +98,7 @@ def test_a_virtual_friction_that_does_not_come_to_rest_is_refused(controller: Co
     easy = replace(controller.verified, modulus_margin_specified=0.0)
     with pytest.raises(
         NoSolutionError,
-        match=r"at vertex nominal the limiter's virtual friction is unstable at rest",
+        match=r"at vertex nominal the loop with the limiter's virtual friction is unstable at rest",
     ):
         rounded_loop(replace(hunting, verified=easy), "float")
 

@@ -111,7 +111,7 @@ def test_a_budget_refuses_what_does_not_fit(tmp_path: Path) -> None:
     refused(
         run("export", path, "--number", "double", "-o", tmp_path / "c"),
         4,
-        "instructions per step, allowed: 500 (target.instructions)",
+        "instructions per step, allowed: at most 500 (target.instructions)",
         "--number",
     )
     assert not (tmp_path / "c").exists()

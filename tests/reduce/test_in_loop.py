@@ -43,7 +43,7 @@ def test_response_times_are_those_of_each() -> None:
 @pytest.mark.parametrize(
     ("other", "words"),
     [
-        (log(0.1, 1.2), "positions differ by 1.2; allowed: 1"),
+        (log(0.1, 1.2), "positions differ by 1.2; allowed: at most 1"),
         (log(0.107), "response time"),
         (log(100.0), "positions differ by"),
     ],

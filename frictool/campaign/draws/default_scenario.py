@@ -1,8 +1,9 @@
 """Default scenario that tests a controller: four steps, from the bench and the specification.
 
 The axis starts at 8 % of the travel and steps to 88, 8, 56 and 24 %, as in thesis 5.4.1 (5, 55, 5,
-35 and 15 rad of 63 rad). Each step lasts 5 response times. The last step is longer: by
-`rest.after_s` if `rest` is specified, and by at least 30 s if `limit_cycle` is specified.
+35 and 15 rad of 63 rad). Each step lasts 5 response times. The last step is longer if `rest` or
+`limit_cycle` is specified: by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, by the larger
+of the two for both.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def longest_step(model: Model) -> float:
 
 
 def response_time(model: Model, spec: Spec) -> float:
-    """Return the specified response time [s]; by default WITHOUT_RESPONSE sample periods."""
+    """Return the specified response time [s]; WITHOUT_RESPONSE sample periods if there is none."""
     specified: float | None = spec.response_time_95_s
     return specified or WITHOUT_RESPONSE * model.bench.sample_period_s
 

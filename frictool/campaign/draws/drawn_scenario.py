@@ -60,7 +60,7 @@ def scenario_of(
 
 
 def nominal_of(base: Scenario) -> Scenario:
-    """Return the scenario of the nominal run: without `spread`, with the values in `given`."""
+    """Return the scenario without `spread`, for the plant with the values in `given`."""
     return msgspec.structs.replace(
         base, variants="given" if base.given else "nominal", plants=None, spread=None
     )

@@ -29,8 +29,8 @@ class Factor:
     `nominal`: value if the quantity does not vary.
     `kind`: `plant` for a parameter of the plant; for a key of `spread`, the subject of this key.
     `whole`: True if the values are whole numbers, all equally likely.
-    `least`: (name of another factor, scale). The factor is drawn only from values that are at least
-        scale times that other factor. None if there is no such condition.
+    `least`: (name of another factor, scale). The value of this factor is at least scale times the
+        value of the other factor. None if there is no such condition.
     """
 
     name: str

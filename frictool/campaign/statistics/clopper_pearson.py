@@ -51,9 +51,9 @@ def draws_to_show(
 ) -> int | None:
     """Return the smallest number of draws that shows the pass rate `required`.
 
-    A number of draws shows this rate if the lower bound is at least `required` when the share
-    `share` of the draws passes. Return None if `share` is not above `required`, or if more than
-    2^40 draws would be needed.
+    The fraction `share` of the draws is assumed to pass. The draws show the rate if the lower bound
+    of the pass rate is at least `required`. Return None if `share` is not above `required`, or if
+    more than 2^40 draws would be needed.
     """
     if not share > required:
         return None

@@ -36,8 +36,8 @@ class JointShare(NamedTuple):
 def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> JointShare:
     """Return the shares of two factors in the variance of `values` (n,).
 
-    `drawn`: True for random trials; False if all vertices were simulated. The shares of all
-    vertices are exact, and their error is 0.
+    `drawn`: True for random trials; False if all vertices were simulated. In the second case, the
+    shares are exact, and their error is 0.
     """
     centred = values - values.mean()
     total = float(centred @ centred)
@@ -61,9 +61,9 @@ def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> J
 
 
 def _noise(cells: Slices, inside: Vector) -> Vector:
-    """Return the variance (k,) of the values in each cell, from their deviations `inside` (n,).
+    """Return the variance (k,) in each cell; a cell with a single draw gets the mean variance.
 
-    A cell with a single draw gets the mean variance of all cells.
+    `inside` (n,): value of each draw minus the mean of the draw's cell.
     """
     squares = cells.sums(inside**2)
     sizes = cells.sizes

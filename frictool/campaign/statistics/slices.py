@@ -43,10 +43,9 @@ def slices_for(draws: int) -> int:
 
 
 def few_slices_for(draws: int) -> int:
-    """Return the number of slices for a test of influence.
+    """Return the number of slices for a test of whether a factor influences a metric.
 
-    Each slice has at least 12 draws if possible. The number is small, because many slices make an
-    effect hard to detect.
+    Each slice has at least 12 draws if possible. With more slices, an effect is harder to detect.
     """
     return int(np.clip(draws // 12, FEWEST, TENTHS))
 

@@ -68,7 +68,7 @@ class SearchState:
         return self.left <= 0 or self.worst == math.inf
 
     def at_point(self, unit: Vector) -> float:
-        """Return the badness (larger is worse) at the point `unit` (d,); store the worst point."""
+        """Return the badness at the point `unit` (d,), larger if worse; update the worst point."""
         self.left = self.left - 1
         self.tried = self.tried + 1
         badness = self._badness(unit)

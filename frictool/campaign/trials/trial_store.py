@@ -22,7 +22,7 @@ from frictool.campaign.trials.trials import TrialResult
 from frictool.errors import FrictoolError, InputFileError, OutputError
 
 FORMAT = "campaign-trials/2"
-NO_TRIALS = "contains no stored trials; choose another file, or remove this one"
+NO_TRIALS = "contains no stored trials; choose another file, or remove this file"
 Header = Mapping[str, Any]
 # metric, largest number of plants to try, number of draws
 SearchKey = tuple[str, int, int]
@@ -132,7 +132,7 @@ class TrialStore:
             try:
                 self._take(path, number, json.loads(line), header)
             except (ValueError, KeyError, TypeError, IndexError):
-                message = "is not a line of stored trials; choose another file, or remove this one"
+                message = "is not a line of stored trials; choose another file, or remove this file"
                 raise InputFileError(path, message, line=number) from None
         self._file.truncate(sum(len(line) + 1 for line in lines))
         if not lines:
@@ -160,7 +160,7 @@ def _same_campaign(path: Path, stored: Any, header: Header) -> None:
             raise InputFileError(
                 path,
                 f"belongs to another campaign, whose {key} is different{seen}; name another file, "
-                "or remove this one",
+                "or remove this file",
             )
 
 

@@ -62,8 +62,8 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """Return lines with the details if no design was found.
 
     The lines state the number of candidates and the fastest response that the drive allows. They
-    also state requirements of which one has to be relaxed, each with the best value of the
-    candidates that meet all other requirements.
+    also list the violated requirements, at least one of which must be relaxed. For each, they state
+    the best value of the candidates that meet all other requirements.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent

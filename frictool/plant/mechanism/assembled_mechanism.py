@@ -15,8 +15,8 @@ from frictool.typing import Vector
 class AssembledMechanism:
     """Arrays of a mechanism, and the names of its elements.
 
-    - blocks, kinds, start (n,): name of each block, rotary or linear, and position [rad | m] at
-      which all rigid links fit
+    - blocks, kinds, start (n,): name of each block, kind (rotary or linear), and initial position
+      [rad | m], which satisfies the equations of all rigid links
     - joints, couplings, frictions, pressings, pushes, stops, sources: names of the elements, in
       the order of the arrays in `packed`
     - sensors, sensor_blocks, measures: name, block and measured quantity of each sensor
