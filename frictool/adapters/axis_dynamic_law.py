@@ -26,9 +26,9 @@ BANKS = ("leuven", "maxwell_slip")
 
 
 def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
-    """Return the dynamic law of a plant `axis` of the model; None without `presliding`.
+    """Return the dynamic law of a plant `axis`; None if the model has no key `presliding`.
 
-    Raises ValueError if the law does not support the axis or its parameters.
+    Raises ValueError if the axis has a backlash, or if the law does not support the parameters.
     """
     document = model.presliding
     if document is None:
@@ -82,7 +82,7 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
 
 
 def assumed_fall(model: Model) -> str:
-    """Return a remark if the fall from breakaway to Coulomb friction is an assumption, else ""."""
+    """Return a remark if the fall from breakaway to Coulomb friction is assumed, else ""."""
     document, today = model.presliding, model.parameters
     if (
         document is None

@@ -30,8 +30,8 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
         scales the model's friction (adapters/friction_levels.py); an overridden breakaway does not.
 
     If the bench does not contain the friction inside the backlash (motor and brushes, thesis
-    4.4.4), the smaller Coulomb friction of the two directions is used. Raises ValueError with the
-    name of a parameter that is out of range.
+    4.4.4), the smaller Coulomb friction of the two directions is used for it. Raises ValueError
+    with the name of a parameter that is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {

@@ -58,7 +58,7 @@ def controller_program(controller: Controller) -> Program:
 
 
 def uses_speed(controller: Controller) -> bool:
-    """Return True if a block of the controller uses a speed."""
+    """Return True if a block of the controller uses the measured or estimated speed."""
     law, limiter, compensation = (
         controller.position_law,
         controller.limiter,
@@ -190,7 +190,10 @@ class _Composition:
             )
 
     def _motion(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """Return (change of the position since the last sample, speed); None for an unused one."""
+        """Return the change of the position since the last sample, and the speed.
+
+        A value that no block uses is None.
+        """
         settings = self.document.velocity
         program = self.program
         measured = None
@@ -302,7 +305,10 @@ class _Composition:
         self._linear(self.error, self.high - self.low, None, released, braking)
 
     def _compensation(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """Return (drive that compensates friction, observed friction); None for an unused one."""
+        """Return the drive that compensates friction, and the observed friction.
+
+        A value that no block uses is None.
+        """
         settings = self.document.friction_compensation
         program = self.program
         if settings is None:

@@ -13,7 +13,7 @@ from frictool.plant.time_optimal import DrivenAxis, step_zone, time_optimal_resp
 
 
 class DriveBound(NamedTuple):
-    """Shortest times [s] to 95 % of a step that the drive allows, whatever the controller.
+    """Shortest times [s] in which any controller can reach 95 % of a step with the drive of a rig.
 
     `length`: length of the step [rad | m].
     `best`, `worst`: times of the fastest and of the slowest plant; infinite if the drive cannot
@@ -66,7 +66,7 @@ def drive_bound(
         Length of the step, rad | m, above 0.
     overshoot
         Largest overshoot relative to the length; None to allow 5 % of the length or one encoder
-        step, as the response time does.
+        step, as in the definition of the response time.
 
     Returns
     -------

@@ -216,8 +216,8 @@ def control_step(
     """Run one sample of a controller in place and return the drive [A | V].
 
     reference and position [rad | m] and velocity [rad/s | m/s] are the inputs; position and
-    velocity are measured. The velocity is used only if the controller has that input. An input that
-    is not finite is invalid (control/measurement_guard.py).
+    velocity are measured. The velocity is used only if the controller has a velocity input. An
+    input that is not finite is invalid (control/measurement_guard.py).
     """
     ports = machine.ports
     if machine.number == FIXED:

@@ -31,7 +31,7 @@ class FeedforwardGains(NamedTuple):
 
     inertia: drive per rad/s^2 | m/s^2. viscous: drive per rad/s | m/s. coulomb: drive that balances
     the Coulomb friction. on: speed [rad/s | m/s] above which the Coulomb term is switched on. off:
-    speed below which it is switched off, smaller than `on`.
+    speed [rad/s | m/s] below which the Coulomb term is switched off; smaller than `on`.
     """
 
     inertia: float

@@ -58,7 +58,7 @@ def curve_compensation(
     """Return the drive [A | V] that balances the friction at a speed, from a table.
 
     The curve is a sum of ramps, one for each interval of the table, and is extrapolated linearly
-    beyond it.
+    beyond the table.
 
     Parameters
     ----------

@@ -212,7 +212,7 @@ class Program:
     def polynomial(self, x: ProgramNode, coefficients: Sequence[ProgramNode]) -> ProgramNode:
         """Return the value of a polynomial at x, by Horner's rule.
 
-        coefficients: of the powers of x, lowest power first.
+        coefficients: coefficients of the powers of x, lowest power first.
         """
         total = coefficients[-1]
         for coefficient in reversed(coefficients[:-1]):

@@ -49,15 +49,16 @@ class SlipMode:
 class SwitchedParameters:
     """Parameters of the switched observer, in SI.
 
-    period: sample period [s]. inertia [kg m2 | kg]. switch_speed: speed Sigma [rad/s | m/s] below
-    which the axis counts as stuck. forward, backward: cells in order of position; the first and the
-    last also apply beyond the travel. stuck: gains (L1, L2) of mode 0. kept: factor a of the
-    estimated speed in mode 0. additive: True if wear is an increase of friction, False if it is a
-    factor. curves (forward, backward): friction f as polynomials of the position, coefficients in
-    rising powers; if `additive`, they replace the cells' friction. travel: (low, high) position,
+    period: sample period [s]. inertia: inertia J [kg m2 | kg]. switch_speed: speed Sigma [rad/s |
+    m/s] below which the axis counts as stuck. forward, backward: cells in order of position; the
+    first and the last also apply beyond the travel. stuck: gains (L1, L2) of mode 0. kept: factor a
+    of the estimated speed in mode 0. additive: True if wear is an increase of friction, False if it
+    is a factor. curves (forward, backward): friction f as polynomials of the position, coefficients
+    in rising powers; if `additive`, they replace the cells' friction. travel: (low, high) position,
     beyond which the polynomials keep their values. viscous: viscous friction [N m s/rad | N s/m], 0
-    in the thesis. offset [N m | N]: constant effort against a positive drive, 0 in the thesis.
-    top_speed: bound of the estimated speed. wear: (alpha_min, alpha_max).
+    in the thesis. offset: constant effort against a positive drive [N m | N], 0 in the thesis.
+    top_speed: bound of the estimated speed. wear: bounds (alpha_min, alpha_max) of the estimated
+    wear.
     """
 
     period: float

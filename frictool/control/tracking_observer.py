@@ -72,8 +72,9 @@ class TrackingParameters:
 class TrackingNodes:
     """Nodes of the corrected estimates at a sample.
 
-    position: in encoder readings [rad | m]. gap: position of the motor in the backlash; None if the
-    model has no backlash. friction: dry friction (forward, backward). still: true at rest.
+    position: estimated position in encoder readings [rad | m]. gap: position of the motor in the
+    backlash; None if the model has no backlash. friction: dry friction (forward, backward). still:
+    node that is true while the axis is estimated to be at rest.
     """
 
     position: ProgramNode

@@ -44,9 +44,10 @@ ROUNDING = 1e-14
 class ProjectedInequality:
     """Projected bounded-real inequality of one plant in the Lyapunov block v = R or S.
 
-    In continuous time it is fixed + gamma level - p v e' - e v p' > 0, in discrete time fixed +
-    gamma level - p v p' + e v e' > 0. p and e are the projected matrices P and E of the module
-    docstring. `fixed` and `level` are constant matrices. `disc` is True in discrete time.
+    The inequality is fixed + gamma level - p v e' - e v p' > 0 in continuous time, and fixed +
+    gamma level - p v p' + e v e' > 0 in discrete time. p and e are the projected matrices P and E
+    of the module docstring. `fixed` and `level` are constant matrices. `disc` is True in discrete
+    time.
     """
 
     p: Matrix
@@ -81,7 +82,7 @@ class ProjectedInequality:
         )
 
     def at(self, v: Matrix, gamma: float) -> Matrix:
-        """Return the left side for v = R or S; the inequality holds if it is positive definite."""
+        """Return the left side for v = R or S; it is positive definite if the inequality holds."""
         if self.disc:
             return np.asarray(
                 self.fixed + gamma * self.level - self.p @ v @ self.p.T + self.e @ v @ self.e.T

@@ -174,10 +174,10 @@ def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.
     """Return the central controller of one plant; its loop has a norm of at most `lyapunov.gamma`.
 
     With `ease` > 1 the result is the central controller for the larger norm `ease` times
-    `lyapunov.gamma`, which is then all that the inequalities guarantee. This controller is slower.
-    The norm of its loop is often still below `lyapunov.gamma`, but this must be verified. Raises
-    NoSolutionError if (R, S) do not admit a controller to working precision, ValueError if `ease`
-    is below 1.
+    `lyapunov.gamma`. This controller is slower, and the inequalities guarantee only the larger
+    norm. The norm of the loop is often still below `lyapunov.gamma`, but this must be verified.
+    Raises NoSolutionError if (R, S) do not admit a controller to working precision, ValueError if
+    `ease` is below 1.
     """
     if not ease >= 1.0:
         raise ValueError(f"ease is {ease:g}; allowed: 1 or more, a factor on gamma")

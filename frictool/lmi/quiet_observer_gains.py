@@ -57,11 +57,11 @@ INSIDE, FASTER = (
 
 @dataclass(frozen=True)
 class QuietGains:
-    """Switched-observer gains with matrices P_i that prove a bound of model error and of noise.
+    """Switched-observer gains with matrices P_i that prove bounds of the weighted error.
 
-    gains: the gains L_i, the matrices P_i, and the bound gamma of the effect of the model error.
-    noise_gain: the smallest bound nu of |z|/|w| that P_i prove, with the noise w and weighted error
-    z.
+    gains: the gains L_i, the matrices P_i, and the bound gamma of |z|/|Delta|, with the weighted
+    error z and the model error Delta. noise_gain: the smallest bound nu of |z|/|w| that P_i prove,
+    with the noise w.
     """
 
     gains: SwitchedGains

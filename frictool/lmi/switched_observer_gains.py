@@ -68,10 +68,10 @@ class ObserverMode:
 class SwitchedGains:
     """Gains L_i (n, m) of each mode, and the bound `gamma` of the effect of the model error.
 
-    gamma is proved by thesis (6.9) with the matrices P_i. decay: lambda. smallest_gamma: smallest
-    gamma for lambda = 1 (in `QuietGains`: for the requested lambda). t: scaling of the states. p:
-    P_i for the scaled states t^-1 x; in SI units, rounding errors would hide the decrease of
-    e' P_i e.
+    gamma is proved by thesis (6.9) with the matrices P_i. decay: factor lambda on the error per
+    sample. smallest_gamma: smallest gamma for lambda = 1 (in `QuietGains`: for the requested
+    lambda). t: scaling of the states. p: P_i for the scaled states t^-1 x; in SI units, rounding
+    errors would hide the decrease of e' P_i e.
     """
 
     gains: dict[int, Matrix]
@@ -141,7 +141,7 @@ def proved_gamma(
     t: Matrix,
     decay: float,
 ) -> float:
-    """Return the smallest gamma for which inequality (6.9) of the thesis holds, or inf.
+    """Return the smallest gamma for which thesis (6.9) holds; inf if there is none.
 
     decay: largest factor on the error per sample. p: P_i of each mode, for states x_p with x = t
     x_p.

@@ -37,7 +37,7 @@ class WearEstimation(Protocol):
 
     @property
     def estimate(self) -> WearEstimate:
-        """Return the estimate of the wear after the samples so far."""
+        """Return the estimate of the wear after the samples that have been processed."""
         ...
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
@@ -45,7 +45,7 @@ class WearEstimation(Protocol):
         ...
 
     def finish(self) -> list[WearEstimate]:
-        """Return [estimate after the unfinished last move], or [] if there is no such move."""
+        """End the last move; return a list with its estimate, or [] if no move is unfinished."""
         ...
 
 
@@ -68,7 +68,7 @@ class EstimateBlock:
     - piece: block of samples of the log
     - velocity [rad/s | m/s], friction [N m | N], wear [1]: (3, n), with the rows value, lower and
       upper bound
-    - second: output of an additional observer, or None
+    - second: output of an additional observer; None if there is no such observer
     """
 
     piece: MotionBlock

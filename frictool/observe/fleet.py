@@ -54,7 +54,7 @@ def observe_logs(
 ) -> list[FleetResult]:
     """Observe the logs of a fleet, and return one result per log in the order of `fleet`.
 
-    - cores: number of processes
+    - cores: number of local processes
     - cluster: address of a Dask cluster, used in place of local processes. If `cores` and `cluster`
       are None, a small fleet is processed in this process.
     - tick: callback that takes the completed fraction (0 to 1)

@@ -42,8 +42,8 @@ SEEN_LAST = ("kind", "moves", "velocity_rms", "duration_s", "reason")
 class FleetRow:
     """Result for one log.
 
-    - ratio: wear divided by the wear of the unit at commissioning, or None
-    - verdict: comparison of the wear with its limit; None without a limit or an outcome
+    - ratio: wear divided by the wear of the unit at commissioning; None if this is unknown
+    - verdict: comparison of the wear with the limit; None if there is no limit or no outcome
     - reason: reason for the verdict, or for a missing result
     - first: True if this log is the first of its unit, with which later logs are compared
     """
@@ -59,7 +59,7 @@ class FleetRow:
 
     @property
     def alarm(self) -> bool | None:
-        """Return True if the wear is above the limit; None if undecided or without an outcome."""
+        """Return True if the wear is above the limit; None if undecided or without a verdict."""
         return None if self.verdict is None else self.verdict.exceeded
 
     def cells(self) -> dict[str, Any]:
@@ -112,7 +112,8 @@ def rows(
 ) -> list[FleetRow]:
     """Return one row per log, sorted by unit, date and file.
 
-    - limit: largest allowed wear, relative to the wear at commissioning if that is known
+    - limit: largest allowed wear. If the wear at commissioning is known, the limit applies to the
+      ratio of the wear to it.
     - commissioning: wear at commissioning of all units. If None, each unit is compared with its
       first log that has an estimate.
     """

@@ -121,8 +121,8 @@ def _unsure(quantity: Quantity, part: float) -> Vector:
 def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
     """Return the arrays `factors` (3, 3) and `zones` (k, 5) of kernels/friction_interval.py.
 
-    `rough` is the relative half width of the friction at one position. It is added in quadrature to
-    the interval of the wear.
+    `rough` is the relative half width of the friction at one position. The squares of `rough` and
+    of the relative half width of the wear are added.
     """
     is_added = estimate.kind == "additive" and estimate.added is not None
     both = EstimateRange(1.0, 1.0, 1.0) if is_added else estimate.wear
@@ -138,7 +138,6 @@ def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
 
 
 def _ends_of(wear: EstimateRange, rough: float) -> list[float]:
-    """Return value, low, high of the wear at one position, with the relative error `rough`."""
     deviation = rough * wear.value
     low = math.hypot(wear.value - wear.low, deviation)
     high = math.hypot(min(wear.high, UNBOUNDED) - wear.value, deviation)

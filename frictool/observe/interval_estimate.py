@@ -19,7 +19,8 @@ class EstimateRange:
     def over(self, other: EstimateRange) -> EstimateRange:
         """Return the ratio of this estimate to an independent one; both values must be positive.
 
-        The relative half widths of the intervals are added in quadrature.
+        The relative half width of the result is the root of the sum of the squares of the relative
+        half widths of both estimates, computed separately for the lower and the upper end.
         """
         ratio = self.value / other.value
         below = ((self.value - self.low) / self.value) ** 2 + (
@@ -46,7 +47,7 @@ class WearZone:
 
 @dataclass(frozen=True)
 class WearEstimate:
-    """Estimate of the wear after some moves.
+    """Estimate of the wear after the moves that have ended so far.
 
     A move is the motion from one rest or reversal to the next.
 

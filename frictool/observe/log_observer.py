@@ -80,7 +80,7 @@ THESE = EstimatorFactories()
 
 
 class LogObserver:
-    """Observer of one log: `parts` yields the estimates, after which `outcome` is complete."""
+    """Observer of one log; `outcome` is complete after `parts` has yielded all estimates."""
 
     def __init__(
         self,

@@ -35,10 +35,10 @@ class ObservationOutcome:
     - period: sample period [s]
     - estimate: final estimate of the wear
     - figures: velocity errors by name, SI
-    - ratio: wear divided by the wear at commissioning, or None
-    - reference: file with the wear at commissioning, or None
+    - ratio: wear divided by the wear at commissioning; None if either is unknown
+    - reference: file with the wear at commissioning; None if there is no such file
     - verdict: comparison of the wear with its limit; None if there is no limit
-    - observer: results of the additional observer, or None
+    - observer: results of the additional observer; None if there is no such observer
     - losses: parts of the log that could not be read
     - remarks: warnings about the log
     - doubts: reasons why the log may be from another rig
@@ -107,7 +107,10 @@ def ratio_to(reference: Commissioning | None, estimate: WearEstimate) -> Estimat
 def with_verdict(
     outcome: ObservationOutcome, limit: float | None, reference: Commissioning | None
 ) -> ObservationOutcome:
-    """Return a copy with the ratio to commissioning and, if there is a limit, the verdict."""
+    """Return a copy of `outcome` with the ratio to commissioning and the verdict.
+
+    If `limit` is None, there is no verdict.
+    """
     ratio = ratio_to(reference, outcome.estimate)
     verdict = None if limit is None else judge(outcome.estimate, limit, ratio, outcome.doubts)
     return replace(
@@ -144,7 +147,7 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
     constant = model.bench.actuator.constant
 
     def with_constant(one: EstimateRange, unit: str = "") -> str:
-        """Return an estimate as text; a second interval includes the drive constant's error."""
+        """Return an estimate as text; a second interval includes the actuator constant's error."""
         own = f"{_range(one)} {unit}".rstrip()
         if estimate.scale is None:
             return own

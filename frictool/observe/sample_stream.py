@@ -164,14 +164,14 @@ class SampleStream:
             yield low, high, low == 0 and before is not None and not broken[0]
 
     def _check(self, samples: SampleBlock) -> None:
-        """Raise LogError for a signal above LARGEST, since sums of squares could overflow."""
+        """Raise LogError for a magnitude above LARGEST, since sums of squares could overflow."""
         for name, values in zip(self._fields, samples.values, strict=True):
             most = int(np.argmax(np.abs(values)))
             if not abs(values[most]) <= LARGEST:
                 largest = f"{name} is {values[most]:g} at {samples.time[most] / NS:.9g} s"
                 raise LogError(
                     self.source,
-                    f"stream {self.topic}: {largest}; allowed: {LARGEST:g} at most; check its unit",
+                    f"stream {self.topic}: {largest}; allowed: at most {LARGEST:g}; check the unit",
                 )
 
     def _count(self, samples: SampleBlock, jumps: Vector) -> None:

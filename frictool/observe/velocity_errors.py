@@ -79,7 +79,8 @@ class VelocityErrors:
     def take(self, position: Vector, estimate: Vector, truth: Vector | None, follows: bool) -> None:
         """Add the samples (n,) of a block.
 
-        `truth` is the velocity from a simulation or a sensor; all blocks of a log have it, or none.
+        `truth` is the velocity from a simulation or a sensor. It is None either for all blocks of a
+        log or for none.
         """
         if not follows:
             self._compare(last=True)
@@ -92,7 +93,10 @@ class VelocityErrors:
             self._compare(last=False)
 
     def figures(self) -> dict[str, Any]:
-        """Return the errors by name (SI) at the end of the log; None if the log is too short."""
+        """Return the errors by name (SI) at the end of the log.
+
+        If the log is too short, the errors are None.
+        """
         self._compare(last=True)
         self._begin()
         filter_figures = self._figures("", self.zero_phase)

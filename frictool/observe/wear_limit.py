@@ -1,7 +1,8 @@
 """Verdict on the wear: comparison of the wear with a limit.
 
-If the wear at commissioning is known, the wear relative to it is compared; errors of the actuator's
-constant cancel in this ratio. The first rule that applies to the interval of the estimate decides:
+If the wear at commissioning is known, the ratio of the wear to the wear at commissioning is
+compared; errors of the actuator's constant cancel in this ratio. The first rule that applies to the
+interval of the estimate decides:
 
     interval                                   exceeded       certain   reason
     no move yet                                undecided      no        only the prior is known
@@ -49,7 +50,7 @@ def judge(
     ratio: EstimateRange | None = None,
     doubts: Sequence[str] = (),
 ) -> WearVerdict:
-    """Return the verdict on the wear, or on `ratio`, the wear relative to commissioning, if known.
+    """Return the verdict on the wear or, if known, on its `ratio` to the wear at commissioning.
 
     `doubts` contains reasons why the log may be from another rig (rig_plausibility.py). If there
     are doubts, a wear below the limit is undecided; a wear above the limit still exceeds it.

@@ -36,15 +36,17 @@ def accept(
     linear: stored.LinearController,
     around: SurroundingBlocks,
 ) -> stored.Verified:
-    """Return the norms and margins of the loops of a candidate, if they are acceptable.
+    """Return the norms and margins of a candidate's loops; raise NoSolutionError if the test fails.
 
-    linear: linear controller of the candidate, as stored. around: blocks around the linear
-    controller. Raises NoSolutionError in three cases:
+    linear: stored form of the candidate's linear controller. around: blocks around the linear
+    controller. The test fails in these cases:
 
-    - A loop with the delay in bench.yaml is unstable, or has less than the specified modulus
-      margin.
-    - A loop with rounded coefficients has too small a margin or too large a norm.
-    - The controller requests too much drive after one encoder count.
+    - A loop with the delay in bench.yaml, with or without the model's resonances, is unstable or
+      has less than the specified modulus margin.
+    - With coefficients rounded to double or float, the margin is less than specified, or the norm
+      is more than 1 % larger than without rounding.
+    - The virtual friction of a limiter is unstable at rest, or the drive after one encoder count is
+      more than COUNT_LIMIT times the drive's limit.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0
@@ -76,7 +78,7 @@ def accept(
             raise NoSolutionError(
                 f"not verified: rounding to {one.number} changes the norm from {worst_norm:.4g} "
                 f"to {one.gamma:.4g}, and the modulus margin is {one.modulus_margin:.3f} "
-                f"(specified: {required:g}); choose more similar weights"
+                f"(specified: {required:g}); reduce the ratio of the largest to the smallest weight"
             )
     return stored.Verified(
         candidate.gamma,
@@ -93,7 +95,7 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
     """Return the worst margin of the loops with the resonances of the model.
 
     The result is None if the model has no resonances. Raises NoSolutionError if a loop is unstable
-    or has less than the specified margin.
+    or has less than the specified modulus margin.
     """
     resonances = problem.model.resonances
     if resonances is None:
@@ -146,7 +148,7 @@ def _required(problem: SynthesisProblem) -> tuple[int, ...]:
 
 
 def unstable_earlier(vertices: tuple[stored.Vertex, ...], delay: int) -> str:
-    """Return a note if loops are unstable with a delay shorter than that in bench.yaml, else "".
+    """Return a note on loops that are unstable with a delay shorter than `delay`; "" if none is.
 
     vertices: results of the check at each vertex. delay: delay in bench.yaml [samples].
     """

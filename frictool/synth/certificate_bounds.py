@@ -1,10 +1,10 @@
-"""Search for the smallest bounds of a loop that verify/zero_exclusion.py proves.
+"""Search for the smallest bounds of a loop that can be proved (verify/zero_exclusion.py).
 
-A box contains all plants whose parameters lie in given intervals. The search first tries to prove
-a bound slightly above the largest norm at the corners of the box; the slack is the relative
-difference. If the proof fails at a plant, the norm of this plant is also taken into account, and
-the slack is doubled. After a proof with a larger slack, SLACK is tried again, as long as the bound
-falls.
+A box contains all plants whose parameters lie in given intervals. The search first tries to prove a
+bound slightly above the largest norm at the corners of the box; the slack is the relative
+difference. If the proof fails at a plant, the norm of this plant is added to those of the corners,
+and the slack is doubled. After a proof with a larger slack, the search starts again with the
+smallest slack, SLACK, as long as the proved bound falls.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ MOST_SLACK = 1e6  # largest slack if plants violate the bounds
 
 
 def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedBound, ...]]:
-    """Return the certificate of a loop for all plants in `box`, and its proved bounds.
+    """Return the certificate of a loop for all plants in `box`, and the bounds that were proved.
 
-    If a bound is not proved, the certificate contains the reason instead. Raises NoSolutionError if
+    For a bound that is not proved, the certificate contains the reason. Raises NoSolutionError if
     the loop is unstable for a plant of the box.
     """
     found = {of: _proved(quantity_loops(loop, of), box, of) for of in loop.quantities}

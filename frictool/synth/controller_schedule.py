@@ -1,9 +1,9 @@
 """Scheduled controller: interpolation between the controllers at the corners of the parameters.
 
-The weights of the corners are those of thesis (5.46), (5.64). The interpolated controller satisfies
-the inequalities only if the plants are affine in the parameters (`vertices: first_order`,
-continuous time). The controller is therefore verified in the form that runs on the target, at the
-corners and at plants between the corners.
+Thesis (5.46) and (5.64) define the weights of the interpolation. The interpolated controller
+satisfies the matrix inequalities of the synthesis only if the plants are affine in the parameters
+(`vertices: first_order`, continuous time). The controller is therefore verified in the form that
+runs on the target, at the corners and at plants between the corners.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate)
     """Verify the scheduled controller of a candidate, and return it in its stored form.
 
     Raises NoSolutionError if the candidate has no scheduled controller, if the controller of a
-    corner is unstable, or if a loop is unstable or has less than the specified margin.
+    corner is unstable, or if a loop is unstable or has less than the specified modulus margin.
     """
     if candidate.over is None:
         raise NoSolutionError(

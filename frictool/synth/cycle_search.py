@@ -1,6 +1,7 @@
 """Search by simulation for a limit cycle (thesis 5.2.1).
 
-The search applies to controllers that do not switch the drive off near the target.
+The search is used for controllers without a rest band: their drive is never switched off near the
+target.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ ROTARY_STEP, LINEAR_STEP = 10.0, 0.1  # step [rad], [m] on a bench that states n
 
 
 def find_cycle(model: Model, controller: Controller) -> Cycle | None:
-    """Return the limit cycle of the nominal axis after a step from rest, or None.
+    """Return the limit cycle of the nominal axis after a step from rest; None if none is seen.
 
-    None means that the simulation shows no cycle; it does not prove that no cycle exists.
+    A result of None does not prove that there is no limit cycle.
     """
     axis = axis_of(model).as_array()
     travel = model.bench.mechanics.travel

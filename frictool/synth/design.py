@@ -53,8 +53,8 @@ class SynthesisResult(ResultView):
     """Verified controller document, with information for the output of `synth`.
 
     derived: values that were derived for keys that the design leaves out. trade: result of the
-    relaxation of weights (`relax: auto`), else None. notes: sentences for the user. proved: bounds
-    of the certificate.
+    weight relaxation; None unless the design has `relax: auto`. notes: sentences for the user.
+    proved: proved bounds of the certificate.
     """
 
     controller: stored.Controller
@@ -68,8 +68,8 @@ class SynthesisResult(ResultView):
 class ProofScope:
     """Options of the verification for plants between the vertices.
 
-    vertices_only: True to verify the vertices only, without a certificate. varying: True to add a
-    bound for parameters that vary arbitrarily fast.
+    vertices_only: True to verify the vertices only, without a certificate. varying: True to also
+    compute a bound of the norm for parameters that vary arbitrarily fast.
     """
 
     vertices_only: bool = False
@@ -221,9 +221,9 @@ def _certificate(
 def _with_rest(
     posed: SynthesisProblem, controller: stored.Controller, certificate: Certificate
 ) -> Certificate:
-    """Return the certificate with the proof of rest.
+    """Return the certificate with the proof of rest or, without a rest band, the limit cycle.
 
-    If the controller has no rest band, the certificate gets the simulated limit cycle instead.
+    The limit cycle is searched by simulation.
     """
     at_rest = prove_rest(controller, certificate)
     if at_rest is not None:
@@ -236,7 +236,7 @@ def _with_rest(
 
 
 def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
-    """Return the synthesis problem of a design; missing weights are derived, none is relaxed."""
+    """Return the synthesis problem of a design; missing weights are derived, but not relaxed."""
     return _posed(model, spec, design)[0]
 
 

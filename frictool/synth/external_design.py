@@ -91,7 +91,7 @@ def external_controller(
     FrictoolError
         If `system` is not an LTI system of python-control or scipy.signal.
     NoSolutionError
-        If a loop is unstable or misses the specified modulus margin.
+        If a loop is unstable or has less than the specified modulus margin.
     """
     design = Design(
         format="design/1",

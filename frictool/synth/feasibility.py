@@ -1,8 +1,9 @@
 """Check before the design for requirements that no controller can meet on this rig.
 
-The rest bands of a design are compared with the encoder and the specification. The specified times
-are compared with the shortest time of a step (plant/time_optimal.py): the drive accelerates and
-then brakes at its limit, with its lag and the delay in bench.yaml. The assumptions favour the
+A rest band is the position error below which the controller switches the drive off. The rest bands
+of a design are compared with the encoder step and with the specified static error. The specified
+times are compared with the shortest time of a step (plant/time_optimal.py): the drive accelerates
+and then brakes at its limit, with its lag and the delay in bench.yaml. The assumptions favour the
 controller:
 
 - The axis stops short of the target by static_error and one encoder count.
@@ -61,8 +62,8 @@ class SlowestStep(NamedTuple):
 def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
     """Return a note for each specified time that the drive can meet in short steps only.
 
-    Raises FrictoolError if a rest band contradicts the encoder or the specification,
-    NoSolutionError if the drive cannot meet a specified time.
+    Raises FrictoolError if a rest band is below the encoder step or above the specified static
+    error, and NoSolutionError if the drive cannot meet a specified time.
     """
     _check_bands(model, spec, design)
     notes = []
@@ -172,7 +173,7 @@ def _rise(axis: DrivenAxis, length: float) -> float:
 
 
 def slowest_step(model: Model, least: ShortestTime, length: float) -> SlowestStep:
-    """Return the vertex of the model that needs the longest time for a step, and the time.
+    """Return the vertex of the model that needs the longest time for a step, and this time.
 
     least: function from an axis and a length to the shortest time [s]. length: step length [rad |
     m]. The drive must be able to move every vertex (synth/load_disturbance.py).

@@ -51,8 +51,8 @@ def solve_inequalities(
 def slow_weight(problem: SynthesisProblem) -> str:
     """Return advice for an error message if the pole of the weight W2 is nearly an integrator.
 
-    No controller can move this pole, so that the inequalities may have no solution. If the pole is
-    fast enough, the result is empty.
+    No controller can move this pole, so that the inequalities may have no solution. The result is
+    empty if the pole is fast enough for a solution.
     """
     weight = problem.weights.error
     share = weight.pole * problem.period
@@ -66,7 +66,7 @@ def slow_weight(problem: SynthesisProblem) -> str:
 
 
 def pole_region(poles: Poles | None) -> PoleRegion | None:
-    """Return the region of closed-loop poles that a design requests; None if it requests none."""
+    """Return the region for the closed-loop poles; None if the design requests no region."""
     if poles is None:
         return None
     if poles.decay_rad_s is not None:

@@ -37,7 +37,7 @@ SETTLED = 1e-6  # relative improvement below which a descent has converged
 class DescentPoint:
     """Parameters of the controller, with the exact worst norm and the violation of the margin.
 
-    missed: M max|S| - 1 for the required modulus margin M and the sensitivity S, at least 0.
+    missed: violation max(0, M max|S| - 1) of the required modulus margin M; S is the sensitivity.
     """
 
     parameters: Vector
@@ -45,7 +45,7 @@ class DescentPoint:
     missed: float
 
     def better_than(self, other: DescentPoint) -> bool:
-        """Return True if this point violates the margin less or, if equal, has a smaller norm."""
+        """Return True if this point violates the margin less, or equally with a smaller norm."""
         if max(self.missed, other.missed) > SETTLED:
             return self.missed < other.missed * (1.0 - SETTLED)
         return self.worst < other.worst * (1.0 - SETTLED)
@@ -54,7 +54,7 @@ class DescentPoint:
 class MinimaxDescent:
     """Descent of the worst norm of several plants for one controller structure.
 
-    margin: required modulus margin M of every loop, 0 for none.
+    margin: required modulus margin M of every loop; 0 if no margin is required.
     """
 
     def __init__(

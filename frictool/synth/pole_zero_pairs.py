@@ -16,7 +16,7 @@ REAL = 100.0 * float(np.finfo(np.float64).eps)  # |imaginary part|/modulus of a 
 
 
 def paired_sections(zeros: ComplexVector, poles: ComplexVector, gain: float) -> Matrix:
-    """Return second-order sections (m, 6) of a system, with its gain in the first section.
+    """Return second-order sections (m, 6) of a system; the first section contains `gain`.
 
     Poles and zeros are real or pairs of conjugate numbers. Poles or zeros at z = 0 are added, so
     that their numbers are equal and even.

@@ -71,7 +71,7 @@ def stored_forms(k: Lti) -> LinearController:
 
 
 def running_in_sections(linear: LinearController, period: float) -> LinearController:
-    """Return the controller for a target that runs the sections, with their anti-windup gains.
+    """Return the controller with sections as the running form, and their anti-windup gains.
 
     period: sample period [s].
     """
@@ -109,7 +109,7 @@ def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
 
 
 def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
-    """Return (residue, rest) with k = residue/(s - p) + rest, or the same in z.
+    """Return (residue, rest) with k = residue/(x - p) + rest, where x is s or z.
 
     p is the simple real pole of `k` nearest to `pole`; `rest` is a system.
     """
@@ -181,7 +181,7 @@ def _integrator_section(
 ) -> tuple[Matrix, ComplexVector, ComplexVector]:
     """Return the section of the integrator, and the zeros and poles of the other sections.
 
-    The section takes the real zero nearest to z = 1, or none. If there are as many zeros as poles
+    The section has the real zero nearest to z = 1, or no zero. If there are as many zeros as poles
     and all zeros are complex, the integrator shares a section with another pole.
     """
     real = np.flatnonzero(zeros.imag == 0.0)

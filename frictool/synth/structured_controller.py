@@ -43,9 +43,11 @@ _LOWEST = float(np.log(SLOWEST))
 class StructuredController:
     """Structure of a controller; the methods take the array of its parameters.
 
-    The module docstring defines the symbols. order: at least 1. integrator: True for i = 1.
-    rolls_off: True for r = order - 1. bound: largest modulus b of a pole. around: scaling frequency
-    w0 [rad/s]. gain: k [drive per rad | m]. period: T [s], 0 for continuous time.
+    The module docstring defines K and the symbols. order: number of poles of K, at least 1.
+    integrator: if True, one of these poles is an integrator (i = 1). rolls_off: if True, the
+    numerator has the degree r = order - 1, else r = order. bound: largest modulus b of a pole
+    [rad/s]. around: frequency w0 that scales the coefficients [rad/s]. gain: gain k [drive per rad
+    | m]. period: sample period T [s], 0 for continuous time.
     """
 
     order: int
@@ -72,7 +74,7 @@ class StructuredController:
         return self.free + self.numerator
 
     def limits(self) -> tuple[Vector, Vector]:
-        """Return lower and upper bounds (size,) of the parameters; infinite for the numerator."""
+        """Return lower and upper bounds (size,) of the parameters; n0 ... nr are unbounded."""
         low = np.full(self.size, -np.inf)
         high = np.zeros(self.size)
         low[: self.free] = _LOWEST

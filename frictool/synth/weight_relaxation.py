@@ -4,8 +4,8 @@ The weight on the command changes with W3. The thesis changes W1 and W3 by hand,
 gamma 20.9 to (0.1, 0.05) with gamma 1.15 (5.4.3.1). gamma does not fall when W1 rises. For each W3,
 the largest W1 with gamma <= 1 can therefore be enclosed between a feasible and an infeasible W1; it
 is one point of the trade-off curve. To save evaluations, the search interpolates: it assumes that
-gamma^2 minus its value at W1 = 0 is proportional to a power of W1, which is nearly true; if that
-fails, the search bisects.
+gamma^2 minus its value at W1 = 0 is proportional to a power of W1, which is nearly true. Without
+two points to interpolate, the search bisects.
 
 W3 is lowered only as long as W1 rises. The result is the point with the largest W3 among the
 points whose W1 is within 10 % of the largest W1. At still lower W3, W1 falls again, because the
@@ -69,7 +69,7 @@ def relax(
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Trade:
-    """Return relaxed weights and the record of their search, which starts from `chosen`.
+    """Return relaxed weights and the record of the search, which starts from the weights `chosen`.
 
     `level`: function that maps weights to gamma; it may raise NoSolutionError. There are at most
     BUDGET evaluations; `progress` is called with the largest feasible W1 at each W3. Raises
@@ -276,8 +276,8 @@ class _Bracket:
     def next(self) -> float:
         """Return the next x to evaluate.
 
-        It is the point at which interpolation of log(gamma^2 - floor^2)/2 predicts the required
-        gamma. If interpolation fails, it is the middle of the interval.
+        Interpolation of log(gamma^2 - floor^2)/2 predicts the required gamma at this x. If
+        interpolation is impossible, x is the middle of the interval.
         """
         wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.required)
         known = [

@@ -52,7 +52,7 @@ class OpenLoopResponses:
 
     @staticmethod
     def joined(parts: Sequence[OpenLoopResponses]) -> OpenLoopResponses:
-        """Return the responses of several plants as one record, joined along the frequencies."""
+        """Return the responses of several plants in one record, one plant after another."""
         return OpenLoopResponses(
             *(
                 np.concatenate([getattr(part, name) for part in parts])

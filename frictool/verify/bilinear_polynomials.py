@@ -21,7 +21,7 @@ Polynomial = list[Fraction]  # of the lowest power first
 
 
 def of_state_space(controller: StateSpace) -> tuple[Polynomial, Polynomial]:
-    """Return numerator and denominator of a controller in z, exactly.
+    """Return the exact numerator and denominator of a controller, as polynomials in z.
 
     The algorithm is that of Faddeev and Le Verrier. The state matrix is first multiplied by a power
     of two that makes its entries integers, so that the divisions of the algorithm have no
@@ -48,7 +48,7 @@ def of_state_space(controller: StateSpace) -> tuple[Polynomial, Polynomial]:
 
 
 def of_sections(sections: Sequence[Sequence[float]]) -> tuple[Polynomial, Polynomial]:
-    """Return numerator and denominator in z of second-order sections b0 b1 b2 1 a1 a2, exactly.
+    """Return the exact numerator and denominator in z of second-order sections b0 b1 b2 1 a1 a2.
 
     A section with b2 = a2 = 0 has one state, or none if also b1 = a1 = 0.
     """
@@ -101,7 +101,7 @@ def product(x: Polynomial, y: Polynomial) -> Polynomial:
 
 
 def total(x: Polynomial, y: Polynomial) -> Polynomial:
-    """Return the sum of two polynomials with equally many coefficients."""
+    """Return the sum of two polynomials with the same number of coefficients."""
     return [one + other for one, other in zip(x, y, strict=True)]
 
 

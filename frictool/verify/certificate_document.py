@@ -44,8 +44,8 @@ def prove_document(controller: Controller, certificate: Certificate) -> tuple[Pr
     Raises
     ------
     NoSolutionError
-        If a bound is not proved, or if the certificate neither contains a bound nor says why it is
-        missing.
+        If a bound is not proved, or if the certificate contains neither a bound of the norm or the
+        sensitivity nor the reason why that bound is missing.
     """
     quantities = ("sensitivity",) if controller.judged_by is None else ("norm", "sensitivity")
     for quantity in quantities:

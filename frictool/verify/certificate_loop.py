@@ -20,9 +20,9 @@ SENSITIVITY = CertifiedWeights(error=Filter(1.0), disturbance=0.0, drive=0.0)  #
 class SpeedFeedback:
     """Feedback of the speed: drive = C(z) (F(z) m + position_gain eta), with eta = -position.
 
-    m is minus the measured speed. velocity: filter F, and source of the speed (difference of
-    positions, or a sensor). position_gain: gain [1/s] of a proportional law around the speed loop,
-    0 without one.
+    m is minus the measured speed. velocity: settings of the filter F, and source of the speed
+    (differences of positions, or a sensor). position_gain: gain [1/s] of the proportional law
+    around the speed loop; 0 if there is no such law.
     """
 
     velocity: Velocity
@@ -33,10 +33,11 @@ class SpeedFeedback:
 class CertificateLoop:
     """Properties of a closed loop that are the same for all plants.
 
-    controller: linear controller. controlled: quantity whose error is weighted. delay: in samples.
-    lag: time constant of the drive [s]. period: sample period [s]. sections: second-order sections
-    b0 b1 b2 a0 a1 a2 with a0 = 1, which replace the matrices of `controller` if the target runs
-    sections. speed: feedback of the speed; None if eta is the controller's only input.
+    controller: linear controller. controlled: quantity whose error is weighted. delay:
+    computational delay [samples]. lag: time constant of the drive [s]. period: sample period [s].
+    sections: second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1, which replace the matrices of
+    `controller` if the target runs sections. speed: feedback of the speed; None if eta is the
+    controller's only input.
     """
 
     controller: StateSpace
@@ -58,7 +59,7 @@ class CertificateLoop:
 
 
 def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
-    """Return the loops whose largest H-infinity norm is the `norm` or the `sensitivity`.
+    """Return the loops whose largest H-infinity norm is the quantity `of`: norm or sensitivity.
 
     The norm is that of `loop`. The sensitivity is the largest norm of the unweighted loops: the
     position or speed loop and, with a proportional law, also the outer loop.

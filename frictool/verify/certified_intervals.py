@@ -53,8 +53,8 @@ def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
 def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -> tuple[str, ...]:
     """Return a phrase for each parameter whose interval [SI] is not inside the verified interval.
 
-    An interval with NaN is outside. An example of a phrase is `inertia 4.9e-06 to 1.53e-05 kg m^2,
-    certified 1.11e-05 to 1.53e-05`.
+    An interval with an end NaN counts as outside. An example of a phrase is `inertia 4.9e-06 to
+    1.53e-05 kg m^2, certified 1.11e-05 to 1.53e-05`.
     """
     known = controller.certificate is not None or bool(controller.verified.vertices)
     box = box_of(controller) if known else {}
@@ -75,7 +75,8 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
 def outside_message(controller: str, names: Iterable[str]) -> str:
     """Return a warning with the phrases `names`, to which the caller prefixes a subject ("model ").
 
-    The warning shows the first phrases and the number of the others; `verify --model` prints all.
+    The warning contains the first phrases and the number of omitted phrases; `verify --model`
+    prints all phrases.
     """
     phrases = listed(list(names), LONGEST_PHRASES, "; ")
     return (

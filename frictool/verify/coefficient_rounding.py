@@ -15,9 +15,10 @@ Held = Callable[[float], float]
 
 
 def coefficient_rounder(number: Number) -> Held:
-    """Return the function that rounds one coefficient to a double, a float or a fixed-point word.
+    """Return the function that rounds one coefficient to a number format.
 
-    Each word has a separate binary point (control/fixed_point.py).
+    The format is double, float, or a fixed-point word. In fixed point, each coefficient has a
+    separate number of fractional bits (control/fixed_point.py).
     """
     if number == "double":
         return float

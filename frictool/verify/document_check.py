@@ -40,7 +40,7 @@ def loop_checks(
 ) -> tuple[DelayCheck, ...]:
     """Return the worst spectral radius and modulus margin of several loops, for each delay.
 
-    point: plant. lag: time constant of the drive [s]. delays: in samples.
+    point: plant. lag: time constant of the drive [s]. delays: computational delays [samples].
     """
     checks = []
     for delay_samples in delays:
@@ -84,7 +84,7 @@ def limiter_brake(
 def check_document(controller: Controller, *, margins: bool = False) -> None:
     """Check the loops of a document from its coefficients.
 
-    margins: True to compare the stored margins with recomputed ones as well.
+    margins: True to also compare the stored margins with recomputed margins.
 
     Raises
     ------
@@ -190,9 +190,10 @@ def _compare(where: str, stated: float, recomputed: float, delay_samples: int) -
 
 
 def _resonant(controller: Controller) -> None:
-    """Check the loops with the document's resonances at each stored delay >= `delay_samples`.
+    """Check the loops with the document's resonances at the bench's delay and at longer delays.
 
-    All loops must be stable. At `delay_samples`, they must also have the specified margin.
+    The delays are those of the stored checks. All loops must be stable; at the bench's delay, they
+    must also have the specified margin.
     """
     resonances = controller.resonances
     if resonances is None:

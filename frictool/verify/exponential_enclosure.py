@@ -54,7 +54,8 @@ def check_range(ratio: Fraction, low: Fraction, high: Fraction) -> None:
     """Raise NoSolutionError if the lag of the drive or J/sigma_v of the axis is too short.
 
     ratio: sample period divided by the lag. low, high: interval of sigma, the sample period times
-    the viscous rate sigma_v/J. The absolute values of all three must be at most LARGEST.
+    the viscous rate sigma_v/J. The absolute values of `ratio`, `low` and `high` must be at most
+    LARGEST.
     """
     if ratio > LARGEST or max(abs(low), abs(high)) > LARGEST:
         what = "actuator.loop_time_constant_s" if ratio > LARGEST else "inertia/viscous"
@@ -107,7 +108,8 @@ def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
         H_m = m!/(m+q)! v_(m+q+1) - sigma/(m+1) H_(m+1),    |H_m| <= exp(|sigma|),    h_q = H_0
 
     The sum over n of (-ratio)^n/(m + n + q)! is v_(m+q+1)/(m+q)!. Each recursion starts at a term
-    whose bound is negligible. An error of the last bit grows by exp(ratio + sigma) at most.
+    whose bound is negligible. The recursions multiply an error of the last bit by at most exp(ratio
+    + sigma).
     """
     guard = BITS + 32 + 4 * math.ceil(ratio) + 4 * largest
     one = 1 << guard

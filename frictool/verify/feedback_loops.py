@@ -82,8 +82,8 @@ def feedbacks(
 ) -> tuple[FeedbackLoop, ...]:
     """Return the loop of the linear controller and, with a proportional law, the outer loop.
 
-    The outer loop is the last one. `hold`: function that rounds the coefficients of velocity filter
-    and position law to the target's number format (verify/coefficient_rounding.py).
+    The outer loop is the last in the tuple. hold: function that rounds the coefficients of velocity
+    filter and position law to the target's number format (verify/coefficient_rounding.py).
     """
     c = running_form(linear, period)
     if structure == "position":

@@ -6,8 +6,8 @@ With eta = -position, the controller C = N/A and the filter of the speed F = N_F
     speed from differences of positions     drive = C (F (z - 1)/(T z) + g) eta
     measured speed                          drive = C (g eta - speed)
 
-T is the sample period and g the gain of a proportional law, or 0. All arithmetic uses integers and
-fractions.
+T is the sample period. g is the gain of the proportional law, or 0 if there is no such law. All
+arithmetic uses integers and fractions.
 """
 
 from __future__ import annotations

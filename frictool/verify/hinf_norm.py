@@ -109,7 +109,6 @@ def _ends(system: Lti) -> NDArray[np.float64]:
 
 
 def _between(crossings: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    """Return the midpoints between crossings; in continuous time also the geometric means."""
     if crossings.size == 1:
         return crossings
     low, high = crossings[:-1], crossings[1:]

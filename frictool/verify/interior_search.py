@@ -92,10 +92,10 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, the largest between them, and its plant.
+    """Return the largest sensitivity at the vertices, the largest between vertices, and a plant.
 
     The plant is the one with the largest sensitivity between the vertices, where POINTS scattered
-    plants are evaluated. lag: time constant of the drive [s]. delay: in samples.
+    plants are evaluated. lag: time constant of the drive [s]. delay: computational delay [samples].
     """
 
     def sensitivity(point: PlantPoint) -> float:

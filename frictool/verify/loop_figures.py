@@ -55,9 +55,9 @@ OFFERED: tuple[stored.Number, ...] = (
 class LinearLoops:
     """Linear loops of a controller at the vertices `points`, with the data for norms and margins.
 
-    weights: None if the largest sensitivity replaces the weighted norm. period: sample period [s].
-    lag: time constant of the drive [s]. delay: in samples. count: size of an encoder count [rad |
-    m].
+    weights: weights of the norm; None if the largest sensitivity replaces the weighted norm.
+    period: sample period [s]. lag: time constant of the drive [s]. delay: computational delay
+    [samples]. count: size of an encoder count [rad | m].
     """
 
     structure: Structure

@@ -81,7 +81,7 @@ def sampled_axis(
 
     The system is that of `feedback_loops.measured_axis`. drive and viscous: rates of
     plant/linear_axis.py. lag: time constant of the drive [s]. period: sample period [s]. sees (m,):
-    SEES_ETA, SEES_DIFFERENCE or SEES_SPEED for each measured signal.
+    code of each measured signal, SEES_ETA, SEES_DIFFERENCE or SEES_SPEED.
     """
     n = 3 if lag > 0.0 else 2
     whole = np.zeros((n + 1, n + 1))

@@ -40,9 +40,9 @@ class LoopMargins:
     """Margins of one loop; if the loop is unstable, `gain_up` is 1 and all others are 0.
 
     gain_up: factor by which the gain may rise, inf without a limit. gain_down: factor in [0, 1) to
-    which the gain may fall. phase: in rad. delay: in s. delay_samples: the same delay in sample
-    periods. modulus: min |1 + L|. crossing: highest frequency with |L| = 1 [rad/s]; NaN if |L| is
-    never 1.
+    which the gain may fall. phase: phase margin [rad]. delay: delay margin [s]. delay_samples:
+    delay margin in sample periods. modulus: min |1 + L|. crossing: highest frequency [rad/s] at
+    which |L| = 1; NaN if |L| is never 1.
     """
 
     gain_up: float

@@ -22,8 +22,8 @@ class ModelCheck:
     beyond: a phrase for each parameter or property of the bench that contradicts the verification
     of the controller (verify/certified_intervals.py). plants: number of plants checked. margin,
     plant: the smallest modulus margin, and the plant with this margin. specified: required margin.
-    resonant: margin with the model's resonances, None if the model has none. outside_margins: names
-    of the model's nonlinear effects, which no margin takes into account.
+    resonant: margin with the model's resonances; None if the model has no resonances.
+    outside_margins: names of the model's nonlinear effects, which no margin takes into account.
     """
 
     beyond: tuple[str, ...]

@@ -42,7 +42,7 @@ class ObservedController(ResultView):
     """Controller with an observer, and the modulus margins at the worst vertex.
 
     before, after: margins of the speed loop without and with the observer; None if no linear loop
-    feeds back the speed. at: name of the vertex with the smallest margin with the observer.
+    feeds back the speed. at: name of the vertex at which the margin with the observer is smallest.
     """
 
     controller: Controller

@@ -50,7 +50,7 @@ class ObserverSpeed:
 
 
 def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ObserverSpeed, ...]:
-    """Return the linear observers of a document: one, or one per slip mode of a switched observer.
+    """Return the linear observer of each slip mode; a tracking observer has one mode.
 
     `hold` is a function that rounds coefficients (verify/coefficient_rounding.py).
     """

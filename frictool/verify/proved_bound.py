@@ -12,8 +12,8 @@ from frictool.documents.certificate import Bound
 class ProvedBound:
     """Proved bound of a norm or of the sensitivity for all constant plants of a certificate.
 
-    of: bounded quantity. below: its upper bound; the proof includes stability of the loop. cells:
-    number of cells (intervals of frequency and plant) in the proof.
+    of: bounded quantity. below: upper bound of this quantity; the proof includes stability of the
+    loop. cells: number of cells (intervals of frequency and plant) in the proof.
     """
 
     of: Literal["norm", "sensitivity"]
@@ -22,5 +22,5 @@ class ProvedBound:
 
     @property
     def modulus_margin(self) -> float | None:
-        """Return the modulus margin that a bound of the sensitivity proves; None for the norm."""
+        """Return the modulus margin that a sensitivity bound proves; None for a norm bound."""
         return Bound(self.of, self.below).modulus_margin

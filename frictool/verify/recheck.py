@@ -42,7 +42,8 @@ TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
 class FigureDifference:
     """Stored value of a document that differs from the computed value.
 
-    key: path of the value in the document. stored, computed: the two values; None if missing.
+    key: path of the value in the document. stored, computed: the two values; None stands for a
+    missing value.
     """
 
     key: str
@@ -73,7 +74,7 @@ class Verification(ResultView):
 
     @property
     def holds(self) -> bool:
-        """Return True if a bound is proved, nothing was altered, and the model's check passes."""
+        """Return True if a bound is proved, `unaltered` is True, and the model check passes."""
         return bool(self.proved) and self.unaltered and (self.model is None or self.model.holds)
 
 

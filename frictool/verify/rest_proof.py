@@ -14,8 +14,8 @@ all states with |e| + D <= band - (one count) therefore stop inside the band. Th
 constant, the drive remains released, and only a disturbance above the smallest breakaway moves the
 axis again. No limit cycle contains such a state.
 
-The hypotheses of propositions 5.2.1 (limiter) and 5.2.2 (square-root law) are checked numerically.
-Each number is increased or decreased to the safe side by the fraction ROUNDED, more than all
+The hypotheses of propositions 5.2.1 (limiter) and 5.2.2 (square-root law) of the thesis are checked
+numerically. Each number is changed to the safe side by the fraction ROUNDED, which exceeds all
 rounding errors.
 """
 

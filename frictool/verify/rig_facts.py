@@ -67,7 +67,8 @@ def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
 def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, ...]:
     """Return a phrase for each fact that differs from the bench of the verification.
 
-    An example is `drive limit 5 A, verified 10 A`. A fact that is missing in `facts` is left out.
+    An example of a phrase is `drive limit 5 A, verified 10 A`. A fact that is missing in `facts` is
+    left out.
     """
     known = facts_of(verified)
     others = {

@@ -34,10 +34,10 @@ class LoopCheck:
 
 
 def is_required(checked: int, delay: int) -> bool:
-    """Return True if a loop must be stable with `checked` samples of delay.
+    """Return True if loops must be stable at a delay of `checked` samples.
 
-    `delay` is the delay that the controller will have. An instability with a shorter delay is
-    reported, but allowed.
+    This is so for `delay`, the delay in bench.yaml, and for longer delays. A loop that is unstable
+    at a shorter delay is reported, but allowed.
     """
     return checked >= delay
 

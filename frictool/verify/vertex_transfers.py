@@ -9,7 +9,7 @@ Thesis figures 5.13 to 5.16 show these functions:
     |e/s| <= gamma/|W2|    |i/s| <= gamma/W3    |e/w| <= gamma/|W1 W2|    (thesis 5.54)
 
 The weights are sampled by Tustin's method, as for the verified norm: if that norm is below gamma,
-every transfer function is below its template. A PI controller of the speed is not designed by
+every transfer function is below its template. A PI controller of the speed is designed without
 weights and has no templates. The transfer functions do not include a proportional law around a
 speed loop.
 """
@@ -64,8 +64,8 @@ class VertexTransfer:
     """One closed-loop transfer function at every vertex.
 
     gains: (vertices, frequencies). template: upper bound (frequencies,) of the gains. worst:
-    largest ratio of a gain to the template. `template` and `worst` are None if the weight is 0 or
-    unknown.
+    largest ratio of a gain to the template. `template` and `worst` are None if a weight in the
+    template is 0 or unknown.
     """
 
     name: Name

@@ -451,7 +451,7 @@ def explore(
     PROVED: the characteristic polynomial D is not zero and the norm of the loop T is below `level`
     for every plant of the box in the cell. VIOLATED: in doubles, the norm reaches `level` at the
     values of t, kappa and sigma that are written to `at` (3,). UNDECIDED: the proof needs more than
-    `most` cells; `at` is in one that is not proved.
+    `most` cells; `at` lies in a cell that is not proved.
     """
     space = workspace(loop)
     stack = np.empty((DEPTH, 6))
@@ -513,11 +513,12 @@ def explore(
 def turn(
     loop: KernelLoop, box: KernelBox, plant: tuple[float, float], most: int
 ) -> tuple[float, float]:
-    """Return the change of arg D [rad] for one plant from z = 1 to z = -1, and its error.
+    """Return the change of arg D [rad] for one plant from z = 1 to z = -1, and an error bound.
 
     D is the characteristic polynomial. `plant` is (kappa, sigma - middle). Between neighbouring
     points the enclosure of D does not contain zero, so that arg D changes by less than pi. The
-    error is infinite if the plant is not in the box, or if more than `most` divisions are needed.
+    error bound is infinite if the plant is not in the box, or if more than `most` divisions are
+    needed.
     """
     low, high = inverse_inertia(box, (plant[0], plant[0]), viscous_rates(loop, plant[1], plant[1]))
     space = workspace(loop)

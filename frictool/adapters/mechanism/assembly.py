@@ -184,7 +184,7 @@ def _packed_joints(joints: list[Transmission], start: Vector) -> Joints:
 def _refuse_loose(
     links: list[Transmission], collected: ElementArrays, blocks: BlockNames, driven: set[int]
 ) -> None:
-    """Raise ElementError for a part that is tied to no source, sensor or frame."""
+    """Raise ElementError for connected blocks without source, sensor or element on the frame."""
     pairs = [(link.a, link.b) for link in links]
     pairs += [(row.a, row.b) for row in collected.couplings.values() if row.a != FRAME]
     for part in loose_parts(pairs, driven | collected.grounded, len(blocks.names)):

@@ -41,7 +41,8 @@ Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 class CouplingRow(NamedTuple):
     """Row of `Couplings` (plant/mechanism/packed_mechanism.py).
 
-    `curve`: index in `Curves` of an additional force over the deflection; -1 for none.
+    `curve`: index in `Curves` of a curve of an additional force against the deflection; -1 if there
+    is no curve.
     """
 
     a: int

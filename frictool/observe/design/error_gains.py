@@ -23,11 +23,11 @@ CONVERGED = 1e-12  # relative change below which Smith's method stops
 
 
 class ErrorGains(NamedTuple):
-    """Standard deviation of the velocity error over standard deviation of a position error [1/s].
+    """Standard deviation of the velocity error divided by that of a position error [1/s].
 
-    - rounding: for a white error of the measured position
-    - misfit: for a white error of the acceleration; the position error is then the error of the
-      predicted position
+    - rounding: the position error is a white error of the measured position
+    - misfit: a white error of the acceleration causes the velocity error; the position error is the
+      resulting error of the predicted position
     """
 
     rounding: float

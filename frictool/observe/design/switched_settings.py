@@ -61,9 +61,9 @@ class UnsuitableSetting(NoSolutionError):
 def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
     """Return the factor lambda by which the estimation error decays per sample.
 
-    If the settings do not state it, the time constant is fixed for periods up to DECAY_PERIOD. For
-    longer periods, lambda is fixed, because a smaller lambda makes the bound gamma of the error
-    larger.
+    If the settings contain no decay and the sample period is at most DECAY_PERIOD, lambda is
+    DECAY^(period/DECAY_PERIOD), which means a fixed time constant. For longer periods lambda is
+    DECAY, because a smaller lambda makes the bound gamma of the error larger.
     """
     return (
         settings.decay
@@ -83,7 +83,7 @@ def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
         if top is not None and settings.switch_speed >= top.value:
             raise UnsuitableSetting(
                 f"switch speed: found {settings.switch_speed:g} {unit}; allowed: below the bench's "
-                f"mechanics.top_speed, {top.value:g} {unit}; the default is a fortieth of it"
+                f"mechanics.top_speed, {top.value:g} {unit}; the default is top_speed/40"
             )
         return settings.switch_speed
     if top is None:

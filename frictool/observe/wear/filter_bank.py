@@ -150,7 +150,7 @@ class FilterBank:
     def _information(self, move: Move) -> tuple[Vector, Vector, Vector]:
         """Return A (k, n, n), b (k, n) and the sum of the squared efforts (k,) of a move.
 
-        All three are relative to the prior mean; A and b are in units of the prior standard
+        A, b and the sum are relative to the prior mean; A and b are in units of the prior standard
         deviations.
         """
         size = move.gram.shape[0] - 1

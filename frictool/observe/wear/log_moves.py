@@ -130,7 +130,10 @@ class MoveCollector:
         return self._position.size
 
     def end(self) -> list[Move]:
-        """End the current move at a gap or the log's end; return [move], or [] without rows."""
+        """End the current move; return [move], or [] if the move has no rows.
+
+        A move ends at a gap and at the end of the log.
+        """
         ended = self._closed()
         self._time, self._position, self._effort, self._excess = (np.empty(0) for _ in range(4))
         self._warm = np.empty((2, 0))

@@ -20,9 +20,9 @@ CERTAIN. If the log evidence of several kinds is within ALIKE of the largest, th
 KINDS is reported. Intervals include the deviation ROUGH, but not the error of the actuator's
 constant (constant_error.py).
 
-The weights of moves decay within MEMORY moves. The last moves (at most RECENT) are compared with
-the earlier ones. If the evidence is larger with separate friction levels for the two groups, the
-earlier moves are forgotten.
+The weight of a move decays within the next MEMORY moves. The last moves (at most RECENT) are
+compared with the earlier ones. If the evidence is larger with separate friction levels for the two
+groups, the earlier moves are forgotten.
 """
 
 from __future__ import annotations
@@ -337,11 +337,6 @@ class WearClassifier:
 
 
 def _shows(columns: Vector, gram: Vector) -> bool:
-    """Return True if the moves alone determine the wear of the columns `columns` well enough.
-
-    If all other parameters were known, the standard deviation of the wear must be below SEEN times
-    WEAR.
-    """
     return bool(columns @ gram @ columns * (SEEN * WEAR) ** 2 > 1.0)
 
 

@@ -1,13 +1,14 @@
 """Scales of a rig and a specification, which make the parameters of a candidate dimensionless.
 
-dead time     T (1 + delay) + lag     T/2 of the hold, T/2 of the speed difference, delay, lag
+dead time     T (1 + delay) + lag     T/2 each: zero-order hold and speed from differences
 loop gain     K/J, largest and smallest
 braking       (K limit + F)/J         deceleration of the slowest plant
 time          response_time_95_s
 length        longest step of the test
 band          largest error at rest: static_error, but at least one encoder step
 
-T is the sample period, K the effort per unit of the drive, J the inertia, F the Coulomb friction.
+T is the sample period, `delay` the delay in samples, `lag` the time constant of the drive, K the
+effort per unit of the drive, J the inertia, F the Coulomb friction.
 """
 
 from __future__ import annotations

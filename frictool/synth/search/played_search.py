@@ -6,9 +6,10 @@ best of them. Each requirement must be met with a reserve, a distance to the lim
 the missing part of this distance. The objective is the largest shortfall of all requirements. A
 candidate is played on few plants first, and on all plants if it is promising; the plant with the
 worst result is then added to the few plants. The search ends with the first candidate that passes
-the whole test with the reserve, passes on other plants without the reserve, and is verified. If
-there is no such candidate, the search continues without the reserve from the best candidates. The
-values of a candidate are the worst of all tests in which it was played.
+the whole test with the reserve, passes the tests with other plants without the reserve, and is
+verified. If there is no such candidate, the search continues without the reserve from the best
+candidates. The values of a candidate are the worst values of all tests in which the candidate was
+played.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class Candidate:
 
     @property
     def metrics(self) -> Sequence[Any]:
-        """Return the requirements, taken from the simulated test that has most requirements."""
+        """Return the requirements of the simulated test that has the most requirements."""
         return max((runs.metrics for runs in self.runs), key=len)
 
     @cached_property

@@ -75,7 +75,7 @@ class PlayedTests:
       encoder count
     - hard: indices of the plants with which `screen` begins
 
-    A design must pass `others` and `places` without the reserve.
+    In `others` and `places`, a design must meet the requirements, but need not keep the reserve.
     """
 
     screen: CandidateJudge
@@ -100,8 +100,8 @@ def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
 
     A reserve is the distance to the limit, relative to the limit. A shortfall of 0 or less means
     that the requirement is met with the reserve. An undecided requirement has the shortfall 0.
-    Above 1 a shortfall grows logarithmically. If a response does not settle, its shortfall follows
-    from the static error, so that a search can reduce it.
+    Above 1 a shortfall grows logarithmically. If a response does not settle, the shortfall of the
+    response time is computed from the static error, so that a search can reduce it.
     """
     wanted = np.array([0.0 if one.key in EXACT else reserve for one in runs.metrics])
     reserves = np.array(runs.reserves, dtype=np.float64)
@@ -120,9 +120,9 @@ def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
 
 
 def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
-    """Return the objective of the search: the largest shortfall, plus EACH times their sum.
+    """Return the objective of the search: largest shortfall + EACH (sum of positive shortfalls).
 
-    The sum is added only if the largest shortfall is positive. The result is at most 0 if all
+    Each requirement contributes its largest shortfall of all plants. The result is at most 0 if all
     requirements are met with the reserve, and FAILED if a plant could not be simulated.
     """
     if runs.failed:

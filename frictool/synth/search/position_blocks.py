@@ -39,7 +39,7 @@ PARAMETERS = (
 
 
 def position_law(scales: DesignScales, values: Mapping[str, float]) -> PositionLawDesign:
-    """Return the position law with its rest band, in which the axis is braked to rest.
+    """Return the position law and its rest band, which first brakes the axis and then releases it.
 
     The law is proportional if the model has no Coulomb friction.
     """
