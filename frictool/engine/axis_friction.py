@@ -60,10 +60,10 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return (full, fresh) of the breakaway at position x; p: parameters with `AxisLaws`.
+    """Return (full, fresh): breakaway after a long rest at position x, and its initial fraction.
 
-    full [N m | N]: breakaway after a long rest. fresh: breakaway just after a stop, divided by
-    `full`. The product `fresh` * `full` is at least the Coulomb friction.
+    full is in N m | N. fresh is the breakaway just after a stop, divided by full; fresh * full is
+    at least the Coulomb friction. p: parameters with `AxisLaws`.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -111,7 +111,8 @@ def distance_to_stop(p: Vector, x: float, direction: float) -> float:
 def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
     """Return the distance [rad | m] from x to the next boundary in `direction`, and its kind.
 
-    The kind is END_STOP, or MAP_EDGE for an end of the range of the position polynomials.
+    The boundary is an end stop (kind END_STOP) or an end of the range of the position polynomials
+    (kind MAP_EDGE).
     """
     length = distance_to_stop(p, x, direction)
     kind = END_STOP

@@ -1,8 +1,8 @@
 """Motion of one axis under a constant command, from event to event, in closed form if possible.
 
-    at rest    until the drive, an exponential of time, reaches the breakaway
-    slipping   until the speed falls to zero or the backlash closes; solved to rounding
-               (engine/slip_closed_form.py)
+    at rest    until the effort of the drive, an exponential of time, reaches the breakaway
+    slipping   until the speed falls to zero or the backlash closes; both times are exact to
+               rounding (engine/slip_closed_form.py)
 
 With `AxisLaws` (plant/axis_friction_laws.py) a slip also ends at an end stop, at a speed at which
 the viscous coefficient changes (knee), at the limit of the Stribeck layer, and at an end of the
@@ -337,7 +337,7 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
 def rest_on(state: Vector, command: float, p: Vector, duration: float, decay: float) -> None:
     """Advance an axis that stays at rest (`is_held`), exactly as `advance` does, but faster.
 
-    decay: e^(-duration/lag) of the drive, 0 for a drive without lag.
+    decay: factor e^(-duration/lag), where lag is the time constant of the drive; 0 without a lag.
     """
     command = min(max(command, -p[ax.DRIVE_LIMIT]), p[ax.DRIVE_LIMIT])
     if decay == 0.0:
@@ -362,10 +362,9 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 
 @kernel
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
-    """Return the present drive [A | V] within `drive_range`.
+    """Return the present drive [A | V], limited to `drive_range`.
 
-    If the drive has a lag, its value before this limitation is in `state`; otherwise it is
-    `command`.
+    Before this limitation, the drive is its value in `state` if it has a lag, else `command`.
     """
     low, high = drive_range(p, state[ax.VELOCITY])
     return float(min(max(state[ax.DRIVE] if p[ax.LAG] > 0.0 else command, low), high))

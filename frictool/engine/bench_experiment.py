@@ -1,7 +1,7 @@
 """Simulation of a test on the rig: a reference under the position loop, or breakaway ramps.
 
-An effort or drive value of sample k acts from sample k + `delay` on; until then the drive is 0. The
-results are the measured `position` (n,) and the `drive` (n,) at the samples.
+An effort or drive value of sample k acts from sample k + `delay` on. Before sample `delay`, the
+drive is 0. The results are the measured `position` (n,) and the `drive` (n,) at the samples.
 """
 
 from __future__ import annotations
@@ -48,7 +48,11 @@ def servo_effort(
 
 
 class RampProgress(NamedTuple):
-    """Progress of a ramp test: index of the next drive value, segment, reading at its start."""
+    """Progress of a ramp test.
+
+    row: index of the next drive value. segment: number of the segment, whose sign is the direction.
+    start: encoder reading [rad | m] at the start of the segment.
+    """
 
     row: int
     segment: float
@@ -95,7 +99,7 @@ def play_reference(
 
     axis: parameters (plant/axis.py). load: array of the load (plant/position_load.py). `state`
     (7,) is changed in place, `position` and `drive` (n,) are filled. servo (5,): array of a
-    `PositionServo`; its limit is not applied, so that only the axis's drive limits the effort.
+    `PositionServo`; the field `limit` is ignored, because the drive of the axis limits the effort.
     engine/status_codes.py lists the statuses.
     """
     p = with_load(axis, load)
@@ -131,10 +135,10 @@ def play_one_ramp(
     """Simulate the axis under one ramp of the drive [A | V] in `direction` (1, -1).
 
     The drive is 0 for `pause` samples and then rises by `slope` per second up to `top`. The ramp
-    ends after `samples` samples. If `advance_on` [rad | m] is finite, the ramp ends earlier if the
-    axis has moved by `advance_on` or passed the position `turn`. `state` (7,) is changed in place.
-    extremes (3,): lowest position, highest position and largest speed so far, updated. Returns True
-    if the axis ends beyond `turn`, and a status of engine/status_codes.py.
+    ends after `samples` samples. If `advance_on` [rad | m] is finite, the ramp ends earlier when
+    the axis has moved by `advance_on` or has passed the position `turn`. `state` (7,) is changed in
+    place. extremes (3,): lowest position, highest position and largest speed so far, updated.
+    Returns True if the final position is beyond `turn`, and a status of engine/status_codes.py.
     """
     start = state[POSITION]
     is_beyond = False

@@ -30,10 +30,11 @@ PROPORTIONAL, INTEGRAL, DERIVATIVE, REFERENCE_RATE = 0, 1, 2, 3
 
 
 class PositionServo(NamedTuple):
-    """Gains of the bench's position loop [N/m, N/(m s), N s/m]; rotary: with N m and rad.
+    """Gains P, I and D of the bench's position loop.
 
-    reference_rate: weight r of the reference in the derivative term. limit [N | N m]: largest
-    effort.
+    Units are N/m, N/(m s) and N s/m for a linear axis, N m/rad, N m/(rad s) and N m s/rad for a
+    rotary axis. reference_rate: weight r of the reference in the derivative term. limit [N | N m]:
+    largest effort.
     """
 
     proportional: float

@@ -59,8 +59,8 @@ class FrictionBody:
 
     slip_force: kernel (v, direction, law) -> force. law: parameters of this kernel. `breakaway`,
     `coulomb`, `viscous` and `viscous_beyond` are pairs (backward, forward), >= 0; `stops` is (low,
-    high). tolerance: allowed error of the speed while the motion is integrated in steps, relative
-    to the speed but at least to a fraction of `speed_scale` (motion_pieces.py `layer_piece`).
+    high). tolerance: allowed relative error of the speed while the motion is integrated in steps;
+    motion_pieces.py `layer_piece` states the reference of this error, which contains `speed_scale`.
     """
 
     mass: float
@@ -127,8 +127,8 @@ class FrictionBody:
         ):
             finding = "a pure delay of the film" if self.knee == math.inf else "a knee of the body"
             raise ValueError(
-                f"extension: found {finding}; allowed: no knee of the body, and no pure delay of "
-                "the film"
+                f"extension: found {finding}; with an extension, the body must have no knee, and "
+                "the film no pure delay"
             )
         for side, direction in enumerate((-1.0, 1.0)):
             start = direction * float(self.slip_force(0.0, direction, self.law_in(direction)))

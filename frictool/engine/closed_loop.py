@@ -76,7 +76,7 @@ def run(
     axis (a,), state (7,): plant/axis.py. controller: array of control/compiled_program.py,
     initialised at the measured position. State and controller are changed in place. load:
     plant/position_load.py; None if every slip has a closed form (`load_of_run`). conditions (n, 8):
-    engine/disturbances_and_faults.py, or (0, 8) for none.
+    engine/disturbances_and_faults.py, or (0, 8) if there are no conditions.
 
     Returns a status of engine/status_codes.py. If the status is not OK, the record is filled up to
     the failing sample.

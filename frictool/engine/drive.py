@@ -9,8 +9,8 @@ sine            amplitude, frequency, phase
 spring          proportional = stiffness, r = free end of the spring (3.7.2)
 PID             all three gains (3.40)
 
-A drive with a lag adds a term decaying e^(-decay_rate t) to u; only the simulation of dynamic
-friction laws supports this term.
+If the drive has a lag, u has the additional term `decaying` e^(-decay_rate t); only the simulation
+of dynamic friction laws supports this term.
 
 u is the effort, x the position, v the velocity, r the position reference, q the integral of x - r.
 Apart from the sine, u is linear in time and state. With a fixed sign of the friction, the motion

@@ -16,7 +16,7 @@ NEVER = -1.0
 
 @inner_kernel
 def lagged_drive(drive: float, command: float, lag: float, t: float) -> float:
-    """Return the drive after t [s] under a constant command."""
+    """Return the drive at time t [s] under a constant command; `drive` is its value at t = 0."""
     return (
         command
         if drive == command or lag == 0.0

@@ -5,9 +5,9 @@
 x is the position, v the velocity, z the internal state of the law, F the friction, and J the
 inertia. The effort K i(t) of the drive is an exponential of time. The contact deflects under any
 effort, so that the axis is never exactly at rest, unlike an axis of engine/axis_motion.py. The
-motion is integrated by the Rosenbrock method of engine/dynamic_law_motion.py. The step length at
-the end of a call is the first step length of the next call. Impacts at end stops are located on the
-dense output of a step. An axis that is pressed against a stop rests there exactly. Backlash is not
+motion is integrated by the Rosenbrock method of engine/dynamic_law_motion.py. The first step of a
+call has the step length that the previous call reached. Impacts at end stops are located on the
+dense output of a step. An axis that is pressed against a stop is exactly at rest. Backlash is not
 supported.
 
 The parameters of the axis (plant/axis_friction_laws.py) are followed by DYNAMIC_SIZE values of
@@ -73,7 +73,7 @@ BISECTIONS = 60
 def with_dynamic_law(axis: Vector, dynamic: AxisDynamicLaw) -> Vector:
     """Return the parameter array of an axis with a dynamic friction law.
 
-    Raises ValueError if the law does not support its extension.
+    Raises ValueError if the law does not support the friction extension in `dynamic`.
     """
     law, p, speed_scale, length_scale, extension = dynamic
     kernels = law.kernels
@@ -117,7 +117,7 @@ def impose_on_law(axis: Vector, p: Vector, friction: float, viscous: float) -> N
     """Set the law's parameters in `p` to the parameters in `axis`, multiplied by two factors.
 
     `viscous` multiplies the parameters of viscous friction. `friction` multiplies the parameters of
-    dry friction and the stiffness of the contact, so that the largest deflection does not change.
+    dry friction and the stiffness of the contact; the largest deflection therefore stays constant.
     """
     if not has_dynamic_law(p):
         return

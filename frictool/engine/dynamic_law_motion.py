@@ -137,9 +137,9 @@ def linearise(
 ) -> int:
     """Fill `linear` with the derivatives of y' at the state y; `slope`: y' at y.
 
-    The derivatives are difference quotients. The step of the velocity leads away from 0. The step
-    of z has the direction in which z moves, because a hysteresis is stiffer in the opposite
-    direction.
+    The derivatives are difference quotients. The increment of the velocity increases its magnitude.
+    The increment of z has the direction in which z moves, because a hysteresis is stiffer in the
+    opposite direction.
     """
     kernels, laws, mass, drive, load = driven
     gains, couplings, in_time = linear
@@ -232,7 +232,7 @@ def _sample(driven: DrivenContact, t: float, y: Vector, zdot: Vector, row: Vecto
 
 @kernel
 def step_factor(error: float) -> float:
-    """Return (next step length)/(last step length); error: relative to the tolerance."""
+    """Return (next step length)/(last step length); error: error of the last step/tolerance."""
     if not math.isfinite(error):
         return SHRINKAGE
     return GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.25))

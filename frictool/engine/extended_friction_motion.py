@@ -101,7 +101,7 @@ def threshold(
 
 @kernel
 def film_at_rest(w: float, lag: float, spent: float) -> float:
-    """Return the lagged velocity of the film after `spent` [s] at rest; w: velocity before."""
+    """Return the lagged velocity of the film after `spent` [s] at rest; w: its initial value."""
     return w * math.exp(-spent / lag) if lag > 0.0 else 0.0
 
 
@@ -303,7 +303,7 @@ def slip_piece(
 ) -> tuple[float, int]:
     """Take one accepted step of a slip with a film; return the step's length [s] and a status.
 
-    pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4).
+    pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4): derivatives at the step's stages.
     """
     body, drive = driven.body, driven.drive
     mass = body[fb.MASS]

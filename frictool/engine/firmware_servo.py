@@ -63,7 +63,7 @@ def follow_goal(
     state
         State (7,) of the axis, changed in place.
     law, drive
-        Parameters of the firmware; logged gain, supply voltage and torque switch.
+        Parameters of the firmware; logged gain, logged supply voltage and logged torque switch.
     goal
         Goal (n,), rad.
     period

@@ -48,7 +48,7 @@ def body_of(
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
         raise ValueError(
-            f"found law {law.name}; allowed: a static law that sticks exactly; use run_law"
+            f"found law {law.name}; allowed: static laws that stick exactly; else use run_law"
         )
     straight, scale = law.slip_scales(p)
     packed = extension.pack(law, p) if extension is not None and not extension.plain else None
@@ -78,9 +78,10 @@ class LawRunSettings:
 
     step: time step [s], required and used only by a law with a fixed step.
     tolerance: relative tolerance of a dynamic law.
-    speed_scale: smallest reference of the relative error of the speed [m/s | rad/s].
-    length_scale: presliding displacement from which the smallest reference of the relative error of
-        the internal state is computed [m | rad].
+    speed_scale: reference speed of the error control [m/s | rad/s]; the error of a lower speed is
+        measured relative to `speed_scale`.
+    length_scale: presliding displacement [m | rad]; the change of an internal state over this
+        displacement is the reference size of the state in the error control.
     extension: extended friction (friction/law_extension.py); the time at rest is 0 at 0 s.
     most_events: allowed number of events.
     """

@@ -185,8 +185,8 @@ def layer_piece(
     """Take one accepted step in the Stribeck layer; return the step's length [s] and a status.
 
     pace (3,): step length to try [s], 0 at first; logarithm of the last error; time at which the
-    body entered the layer [s]. An error of v shifts the motion in time by error/acceleration. This
-    shift may be at most `tolerance` times the time spent in the layer.
+    body entered the layer [s]. The error of v is at most `tolerance` times the largest of three
+    speeds: a fraction of `speed_scale`, abs(v), and acceleration times time spent in the layer.
     """
     force, law, body, drive = driven
     # the last stage of a step is the first stage of the next step

@@ -92,7 +92,7 @@ def first_fall(c: Vector, h: float) -> float:
     """Return the first t in [0, h] at which a polynomial p falls to zero from above, or NEVER.
 
     The result is 0 if p(0) < 0, or if p(0) = 0 and p falls. If p(0) = 0 and p rises, the zero at
-    t = 0 does not count: a motion that starts is not a motion that stops.
+    t = 0 is ignored, because it is the start of a motion and not a stop.
     """
     if h <= 0.0:
         return NEVER

@@ -60,8 +60,8 @@ DRIVING = 5  # index in `law`: 1 if the motor moves the load, 0 if it moves insi
 class _Slip(NamedTuple):
     """Slip under a constant command.
 
-    law (6,): values for friction/stribeck.py, then 1 if the motor moves the load, else 0. line:
-    (added, viscous) of the module docstring.
+    law (6,): values for friction/stribeck.py, followed by 1 if the motor moves the load, else 0.
+    line: (added, viscous) of the module docstring.
     """
 
     state: Vector

@@ -72,10 +72,10 @@ Extension = ExtendedLaws | None
 
 @kernel
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
-    """Return a number of pieces of motion that only an endless cycle exceeds.
+    """Return the allowed number of pieces of motion, which only an endless cycle exceeds.
 
-    The number grows with `events` and with the fastest rate of the equations of motion. In an
-    unbounded Stribeck layer the number also grows with the rate of the law.
+    The number grows with `events`, `span` and the fastest rate of the equations of motion. In a
+    Stribeck layer without upper speed limit, the number also grows with the rate of the law.
     """
     viscous = max(
         body[fb.VISCOUS], body[fb.VISCOUS + 1], body[fb.VISCOUS_BEYOND], body[fb.VISCOUS_BEYOND + 1]
@@ -195,7 +195,7 @@ def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
 
 @kernel
 def record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
-    """Write one event to `events`; record a breakaway at the instant of a stop as a reversal."""
+    """Write one event to `events`; a breakaway at the instant of a stop becomes SLIPS_BACK."""
     if (
         kind == fb.BREAKS_AWAY
         and happened > 0

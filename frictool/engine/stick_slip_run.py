@@ -75,7 +75,8 @@ def segment_arrays(
 ) -> tuple[Vector, Vector, Vector]:
     """Return the arrays for the kernels: ends (s,), drives (s, 10), times (n,).
 
-    Raises ValueError if ends or times are not in order.
+    Raises ValueError if the ends of the segments do not rise, or if `times` do not ascend or exceed
+    the run.
     """
     sample_times = np.array(times, dtype=np.float64, ndmin=1)
     ends = np.array([end for end, _ in segments], dtype=np.float64)
@@ -88,7 +89,10 @@ def segment_arrays(
         and start <= sample_times[0]
         and sample_times[-1] <= ends[-1]
     ):
-        raise ValueError(f"times: allowed: ascending values from {start} to {ends[-1]} s")
+        raise ValueError(
+            "times: found unordered values or values outside the run; allowed: ascending values "
+            f"from {start} to {ends[-1]} s"
+        )
     return ends, np.stack([drive.as_array() for _, drive in segments]), sample_times
 
 
@@ -125,9 +129,9 @@ def simulate(
         Ascending times [s] within the run.
     state
         State (5,) at the start, not changed; by default at rest at 0. A body with extended
-        friction has a state (8,) (engine/extended_friction_events.py). From a state (5,), the run
-        of such a body starts with its film in steady state; the time at rest before is 0 for a
-        body at rest, and infinite for a slipping body.
+        friction has a state (8,) (engine/extended_friction_events.py). If `state` of such a body
+        is (5,), the film starts in steady state, and the time at rest before `start` is 0 for a
+        body at rest, infinite for a slipping body.
     start
         Start of the run [s].
     most_events

@@ -57,8 +57,8 @@ def check_least(
             refuse(
                 below.document,
                 below.key,
-                f"{problem}; allowed: at most this {parameter.label}; otherwise also write a range of "
-                f"{parameter.label}",
+                f"{problem}; allowed: at most this {parameter.label}; otherwise also write a range "
+                f"of {parameter.label}",
             )
         without = "without a range" if ends.document == names.model else "if left out"
         problem = (

@@ -68,7 +68,7 @@ class MechanismInputs(NamedTuple):
     first (n + 1,): index of the first part of each of the n samples; the last entry is the number m
     of all parts. durations (m,) [s]: durations of the parts. drives (m, u): commands of the u
     sources [A | V | N m | N], or (0, u) if all commands are zero. blocks (d,): indices of the
-    blocks on which `efforts` act. efforts (m, d): efforts [N m | N], or (0, d) for none.
+    blocks on which `efforts` act. efforts (m, d): efforts [N m | N], or (0, d) if all are zero.
     """
 
     first: IntVector
@@ -81,9 +81,9 @@ class MechanismInputs(NamedTuple):
 class DriftedNumbers(NamedTuple):
     """Conditions at each sample, and the parameters of the mechanism that are multiplied by them.
 
-    conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) for none. At sample k,
-    machine.numbers[indices[i]] is values[i] times conditions[k, columns[i]]. limit: limit of the
-    controlled drive, as measured by the sensor of the drive.
+    conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) if there are no conditions. At
+    sample k, machine.numbers[indices[i]] is values[i] times conditions[k, columns[i]]. limit: limit
+    of the controlled drive, as measured by the sensor of the drive.
     """
 
     conditions: Vector

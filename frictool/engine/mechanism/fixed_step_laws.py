@@ -4,8 +4,9 @@ Thesis (2.32) and (2.35) define the laws with a rest band, which treat low veloc
 input of each law is the effort u on its block: the sum of the efforts of all other elements on the
 tree that moves with the block, reflected to the block by the joints. The mode is updated at the
 beginning of each step T_e and constant within the step; the motion within the step is integrated as
-usual. If one tree has several of these laws, the friction of each law is subtracted from u of the
-following laws. While the friction of a static law keeps a tree at rest, these laws are inactive.
+usual. If one tree has several laws with a fixed step, the friction of each law is subtracted from u
+of the following laws. While the friction of a static law keeps a tree at rest, the laws with a
+fixed step in this tree are inactive.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ with the largest approach speed is resolved first. Friction forces are finite an
 an impact can therefore set blocks at rest in motion.
 
 Losses of joints are proportional to the transmitted force and therefore take a fraction of the
-impulse (lossy_impulses.py). The flanks return at most the energy that they absorbed, also if the
+impulse (lossy_impulses.py). The flanks return at most the energy that they absorbed, even if the
 losses change during the impact. Approaches slower than BOUNCE have no rebound, so that a series of
 rebounds ends at rest.
 """

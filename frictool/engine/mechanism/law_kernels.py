@@ -93,10 +93,10 @@ def rest_of(law: Law, p: Vector) -> Vector:
 def sizes_of(law: Law, p: Vector) -> Vector:
     """Return the scale (z,) of each internal state of a law, for error tolerances.
 
-    When a contact first moves, the force grows with the displacement. If the initial slope stayed
-    constant, the force would reach the Coulomb force p[0] after some displacement; the scale is the
-    change of the state over this displacement. The scale is inf for states that do not change at
-    first, such as memory, and for all states of a law that is not dynamic.
+    When a contact first moves, the force grows with the displacement. Let d be the Coulomb force
+    p[0] divided by the initial slope of the force. The scale of a state is the change of the state
+    over the displacement d. The scale is inf for states that do not change at first, such as
+    memory, and for all states of a law that is not dynamic.
     """
     z = rest_of(law, p)
     if not isinstance(law.kernels, DynamicKernels):

@@ -24,7 +24,8 @@ class MechanismRun:
     """Result of a run at the `times` (m,); the first sample is the initial state.
 
     status: code of engine/status_codes.py. Values after `reached` [s] are NaN. events: rows of
-    engine/mechanism/events.py. happened: number of events, which may exceed the rows of `events`.
+    engine/mechanism/events.py. happened: number of all events; if it exceeds the number of rows,
+    the last events are missing in `events`.
     """
 
     status: int
@@ -89,7 +90,7 @@ def run(
     period
         Time for which each command acts [s].
     external
-        Efforts on blocks [N m | N], (m, n) or (1, n); none by default.
+        Efforts on blocks [N m | N], (m, n), or (1, n) if they are constant; 0 by default.
     tolerance
         Relative tolerance of speeds.
     room_for_events
@@ -103,7 +104,7 @@ def run(
     Raises
     ------
     ValueError
-        If shapes do not fit.
+        If the shape of `commands` or `external` is wrong.
     """
     c = counts(machine)
     rows = np.ascontiguousarray(commands, dtype=np.float64)

@@ -157,7 +157,7 @@ def rest(
     start: ArrayLike,
     law_step: float = LAW_STEP,
 ) -> MechanismState:
-    """Return the state at rest at absolute positions `start` (n,), with all drives zero.
+    """Return the state at rest at the positions `start` (n,) [rad | m], with all drives zero.
 
     law_step [s]: step T_e of hybrid laws and laws with a rest band
     (engine/mechanism/fixed_step_laws.py). Raises ValueError if the shape of `start` is wrong, or

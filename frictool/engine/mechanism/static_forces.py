@@ -25,10 +25,10 @@ from frictool.typing import IntVector, Vector
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     """Fill NEED and NEED_HIGH with each block's force range; return False if a range is empty.
 
-    sided: True to restrict the load of each self-locking joint to one side of the kink, which the
-    joint's branch (state.py) states. If the branch is 0, the load must be at the kink for
-    `towards` = 0. For another value of `towards`, it must be on the side on which the joint drives
-    while the root moves in this direction.
+    sided: True to restrict the load of each self-locking joint to one side of the kink. The branch
+    of the joint (state.py) selects the side. If the branch is 0 and `towards` is 0, the load must
+    be at the kink. If the branch is 0 and `towards` is 1 or -1, the load must be on the side on
+    which the joint drives while the root moves in the direction `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]
