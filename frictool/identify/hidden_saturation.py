@@ -25,10 +25,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from frictool.documents.bench import Bench
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.levenberg_marquardt import (
+    LeastSquares,
+    levenberg_marquardt,
+)
 from frictool.identify.regression.term_selection import by_stroke
 from frictool.identify.rows.effects import SmoothedMotion
 from frictool.identify.rows.load_columns import load_columns
@@ -104,14 +107,14 @@ def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | 
     rivals = (effort - both @ _linear(both, effort)) ** 2
     start = np.append(values, 2 * [np.log(START)])
     soft, clip = (_saturating(samples.model, effort, p, start) for p in SHARPNESS)
-    sharper = _saturating(samples.model, effort, SHARPNESS[-1], soft.x)
-    best = min(soft, clip, sharper, key=lambda one: one.cost)
-    needed = samples.model @ best.x[:-2]
-    explained = effort - best.fun
+    sharper = _saturating(samples.model, effort, SHARPNESS[-1], soft.unknowns)
+    best = min(soft, clip, sharper, key=lambda fit: float(fit.residual @ fit.residual))
+    needed = samples.model @ best.unknowns[:-2]
+    explained = effort - best.residual
     compression = 1.0 - np.abs(explained) / np.maximum(np.abs(needed), 1e-9)
     top = compression >= np.quantile(compression, HIGHEST)
     if compression[top].mean() < LEAST_COMPRESSION or not _explains(
-        best.fun**2, plain, rivals, samples.stroke
+        best.residual**2, plain, rivals, samples.stroke
     ):
         return None
     return HiddenSaturation(
@@ -165,9 +168,7 @@ def _linear(columns: Matrix, effort: Vector) -> Vector:
     return np.asarray(np.linalg.lstsq(columns, effort, rcond=None)[0])
 
 
-def _saturating(
-    columns: Matrix, effort: Vector, sharpness: float, start: Vector
-) -> scipy.optimize.OptimizeResult:
+def _saturating(columns: Matrix, effort: Vector, sharpness: float, start: Vector) -> LeastSquares:
     """Fit the effort with a smooth saturation.
 
     The unknowns are the coefficients of `columns`, the logarithm of the limit of positive effort,
@@ -194,9 +195,7 @@ def _saturating(
             (columns * slope[:, None], by_limit * (needed > 0.0), by_limit * (needed <= 0.0))
         )
 
-    return scipy.optimize.least_squares(
-        residual, start, jacobian, method="lm", ftol=1e-5, max_nfev=MOST_EVALUATIONS
-    )
+    return levenberg_marquardt(residual, jacobian, start, 1e-5, MOST_EVALUATIONS)
 
 
 def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector) -> bool:

@@ -127,10 +127,11 @@ def test_random_rigs(tmp_path: Path, seed: int, exponent: float, fall: str) -> N
 def table_of(
     duration: float, excess: float, rate: float, axis: Vector, velocity: float, exponent: float
 ) -> Vector:
-    """Return the table of one onset, the last of two in one call."""
+    """Return the table of one onset, the last of two in one call, as the two tables of a search."""
     durations, falls, rates = np.array([[1.0, duration], [0.5, excess], [2.0, rate]])
     axes = np.array([2.0 * axis, axis])
-    return travel_tables(durations, falls, rates, axes, velocity, exponent)[1]
+    table = travel_tables(durations, falls, rates, axes, velocity, exponent)[1]
+    return np.array([table, table])
 
 
 @pytest.mark.parametrize("velocity", [1e-12, math.inf])
@@ -146,10 +147,10 @@ def test_the_table_is_the_closed_form_where_friction_falls_at_once_or_never(
             for t in (time, time + first)
         )
         # a fall within the first step is late by a part of it
-        assert looked_up(time, duration, table) == pytest.approx(
+        assert looked_up(time, duration, table, 0.0) == pytest.approx(
             exact, rel=1e-7, abs=later - exact if velocity < 1.0 else 1e-12
         )
-    assert looked_up(-1.0, duration, table) == 0.0
+    assert looked_up(-1.0, duration, table, 0.0) == 0.0
 
 
 @pytest.mark.parametrize("exponent", [2.0, 1.0, 0.5])
@@ -169,7 +170,7 @@ def test_the_table_is_the_solution_of_the_equation_of_motion(
     solution = solve_ivp(
         motion, (0.0, duration), [0.0, 0.0], method="LSODA", t_eval=times, rtol=1e-11, atol=1e-14
     )
-    positions = [looked_up(t, duration, table) for t in times]
+    positions = [looked_up(t, duration, table, 0.0) for t in times]
     assert positions == pytest.approx(solution.y[0], abs=2e-3)
 
 

@@ -238,8 +238,8 @@ def test_the_fit_of_a_clip_starts_near_its_limits(tmp_path: Path, seed: int) -> 
     linear = _linear(samples.model, samples.effort / scale)
     start = np.append(linear, 2 * [np.log(START)])
     found = _saturating(samples.model, samples.effort / scale, SHARPNESS[-1], start)
-    assert np.exp(found.x[-2:]) * scale == pytest.approx(level, rel=0.02)
-    assert found.nfev <= 10
+    assert np.exp(found.unknowns[-2:]) * scale == pytest.approx(level, rel=0.02)
+    assert found.evaluations <= 10
 
 
 def test_a_chirp_of_constant_amplitude_is_not_saturated(tmp_path: Path) -> None:

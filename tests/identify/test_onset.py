@@ -29,7 +29,7 @@ from frictool.typing import Vector
 INERTIA, VISCOUS, COULOMB = 1.32e-5, 3.81e-4, 0.099
 STEP = 0.1122
 TIMING = 0.03
-AT_ONCE = (1.0, np.empty((0, 6)))  # no table of the travel: friction falls at once
+AT_ONCE = (1.0, np.zeros(2), np.empty((0, 1, 6)))  # no table of the travel: friction falls at once
 
 
 def onset_time(

@@ -169,11 +169,7 @@ def test_the_date_is_the_commit_s_or_what_the_environment_says(
 
 def test_a_build_that_fails_says_why(tree: Path, tmp_path: Path) -> None:
     broken = source(tree, tmp_path / "tree")
-    (broken / "pyproject.toml").write_text(
-        (broken / "pyproject.toml")
-        .read_text()
-        .replace('version = "0.1.0"', 'version = "no version"')
-    )
+    (broken / "frictool" / "__init__.py").write_text('__version__ = "no version"\n')
     with pytest.raises(Failed, match="build_sdist: "):
         build(broken, tmp_path / "out", EPOCH, TWICE[0])
 

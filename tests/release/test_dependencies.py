@@ -9,6 +9,7 @@ import sys
 import tomllib
 from importlib import metadata
 
+from frictool import __version__
 from studies.rigs.clutch_model import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -54,3 +55,10 @@ def test_every_dependency_is_imported_and_every_import_is_asked_for() -> None:
     )
     assert needed <= imported(), "asked for, and imported by nothing"
     assert imported() <= needed | optional | BROUGHT_ALONG, "imported, and asked for by nothing"
+
+
+def test_one_version() -> None:
+    """The version of the package, of its installation and of its citation are one."""
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    assert cited is not None
+    assert __version__ == cited[1] == metadata.version("frictool")

@@ -22,7 +22,6 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-import scipy
 
 from frictool.identify.excite.cramer_rao import (
     PlannedStroke,
@@ -109,9 +108,9 @@ def _deviation(
 
 def _gram(rows: Vector, kernel: Vector) -> Vector:
     """Return the covariance (p, p) of rows^T n; n is white noise of rms 1 filtered by `kernel`."""
-    # as scipy.signal.fftconvolve, whose import takes longer than the rest of `identify`
+    # numpy's transform, because the import of scipy.signal or scipy.fft takes longer
     count = rows.shape[0] + kernel.size - 1
-    length = scipy.fft.next_fast_len(count, real=True)
-    transforms = scipy.fft.rfft(rows, length, axis=0) * scipy.fft.rfft(kernel, length)[:, None]
-    columns = scipy.fft.irfft(transforms, length, axis=0)[:count]
+    length = 1 << (count - 1).bit_length()
+    transforms = np.fft.rfft(rows, length, axis=0) * np.fft.rfft(kernel, length)[:, None]
+    columns = np.fft.irfft(transforms, length, axis=0)[:count]
     return np.asarray(columns.T @ columns)

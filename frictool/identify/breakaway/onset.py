@@ -21,7 +21,8 @@ change due to sampling, divided by the variance of a uniform start, 1/12 count^2
 
 If a Stribeck velocity v_s > 0 is assumed, friction at the speed v is lower than the breakaway by
 excess (1 - exp(-(v/v_s)^exponent)). s(t) is then a table from a numerical integration, which uses
-the excess at the previous estimate of t0. Table and t0 are computed ROUNDS times.
+the excess at the previous estimate of t0. Table and t0 are computed ROUNDS times. From the second
+round on, s(t) is linear in the excess between the last two tables (secant method).
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.exponentials import phi2
+from frictool.identify.regression import brent_minimum
 from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Matrix, Vector
 
@@ -43,10 +45,12 @@ STATUS = {
     NO_MOTION: "no change after the onset",
     NOT_POSITIVE: "rate, inertia or search span is not positive",
 }
-STEPS = 96  # steps of the travel table; step k ends at (k/STEPS)^2 of its duration
-ROUNDS = 4  # iterations between the onset and its excess
-# grid points of the first search; golden-section steps around the best grid point
-COARSE, HALVINGS = 64, 30
+STEPS = 48  # steps of the travel table; step k ends at (k/STEPS)^2 of its duration
+ROUNDS = 3  # iterations between the onset and its excess
+COARSE = 16  # intervals of the grid in which the search starts
+MOST_STEPS = 40  # largest number of steps of Brent's method around the best grid point
+next_place, take = kernel(brent_minimum.next_place), kernel(brent_minimum.take)
+RESOLVED = 1e-8  # error of the onset time at the end of the search, relative to the search span
 
 
 @kernel
@@ -140,14 +144,26 @@ def travel_tables(
 
 
 @kernel
-def looked_up(t: float, duration: float, table: Table) -> float:
-    """Return the travel [rad | m] at t [s] from one table of `travel_tables`; 0 for t <= 0."""
+def looked_up(t: float, duration: float, tables: Tables, share: float) -> float:
+    """Return the travel [rad | m] at t [s] after the onset; 0 for t <= 0.
+
+    `tables` (2, STEPS, 6) are results of `travel_tables` for two excesses and one duration. The
+    travel is that of the second table plus `share` times the difference from the first to the
+    second.
+    """
     if t <= 0.0:
         return 0.0
     k = min(int(STEPS * math.sqrt(t / duration)), STEPS - 1)
-    x = (t - table[k, 0]) * table[k, 1]
-    value: float = table[k, 2] + x * (table[k, 3] + x * (table[k, 4] + x * table[k, 5]))
-    return value
+    x = (t - tables[1, k, 0]) * tables[1, k, 1]
+    latest: float = tables[1, k, 2] + x * (
+        tables[1, k, 3] + x * (tables[1, k, 4] + x * tables[1, k, 5])
+    )
+    if share == 0.0:
+        return latest
+    earlier: float = tables[0, k, 2] + x * (
+        tables[0, k, 3] + x * (tables[0, k, 4] + x * tables[0, k, 5])
+    )
+    return latest + share * (latest - earlier)
 
 
 @kernel
@@ -160,8 +176,9 @@ def misfit(
     resolution: float,
     expected: float,
     timing: float,
-    table_duration: float,
-    table: Table,
+    duration: float,
+    excesses: Vector,
+    tables: Tables,
 ) -> tuple[float, float]:
     """Return the weighted sum of squares for the onset time `t0` [s], and the start [rad | m].
 
@@ -175,17 +192,22 @@ def misfit(
     - expected: preferred start, rad | m
     - timing: weight of the preferred start relative to one change (module docstring)
     - resolution: encoder step, rad | m; the start is between 0 and one step
-    - table, table_duration: one table of `travel_tables`, and its duration, s; if the table has no
-      rows, friction drops immediately
+    - duration, tables: arguments of `looked_up`; if `tables` is empty, friction drops immediately
+    - excesses: excess of each table, (2,), N m | N; the travel is linear in the excess, and
+      extrapolated at most by the difference of the two tables
     """
     excess = ramp[0] + ramp[1] * t0 - axis[2]
+    change = excesses[1] - excesses[0]
+    share = 0.0
+    if change != 0.0:
+        share = min(max((excess - excesses[1]) / change, -1.0), 1.0)
     n = time.shape[0]
     total, square = 0.0, 0.0
     for k in range(n):
         late = time[k] - t0
         moved = (
-            looked_up(late, table_duration, table)
-            if table.shape[0] > 0
+            looked_up(late, duration, tables, share)
+            if tables.shape[0] > 0
             else travel(late, excess, ramp[1], axis[0], axis[1])
         )
         error = moved - seen[k]
@@ -208,12 +230,14 @@ def least_misfit(
     expected: float,
     timing: float,
     span: float,
-    table_duration: float,
-    table: Table,
+    duration: float,
+    excesses: Vector,
+    tables: Tables,
 ) -> float:
     """Return the onset time [s] with the smallest `misfit`, at most `span` s before time[0].
 
-    `misfit` explains the other arguments.
+    A grid brackets the minimum, and Brent's method refines it. `misfit` explains the other
+    arguments.
     """
     step = span / COARSE
     best = time[0]
@@ -221,37 +245,25 @@ def least_misfit(
     for k in range(COARSE + 1):
         t0 = time[0] - k * step
         value = misfit(
-            t0, time, seen, ramp, axis, resolution, expected, timing, table_duration, table
+            t0, time, seen, ramp, axis, resolution, expected, timing, duration, excesses, tables
         )[0]
         if value < least:
             best, least = t0, value
-    low = best - step
-    high = min(best + step, time[0])
-    ratio = 0.5 * (math.sqrt(5.0) - 1.0)
-    left = high - ratio * (high - low)
-    right = low + ratio * (high - low)
-    before, _ = misfit(
-        left, time, seen, ramp, axis, resolution, expected, timing, table_duration, table
-    )
-    after, _ = misfit(
-        right, time, seen, ramp, axis, resolution, expected, timing, table_duration, table
-    )
-    for _round in range(HALVINGS):
-        # one inner point stays an inner point of the next interval, and its misfit is reused
-        if before <= after:
-            high, right, after = right, left, before
-            left = high - ratio * (high - low)
-            before, _ = misfit(
-                left, time, seen, ramp, axis, resolution, expected, timing, table_duration, table
-            )
-        else:
-            low, left, before = left, right, after
-            right = low + ratio * (high - low)
-            after, _ = misfit(
-                right, time, seen, ramp, axis, resolution, expected, timing, table_duration, table
-            )
-    middle: float = 0.5 * (low + high)
-    return middle
+    state = np.empty(10)
+    state[0], state[1] = best - step, min(best + step, time[0])
+    for k in range(2, 8, 2):
+        state[k], state[k + 1] = best, least
+    state[8], state[9] = 0.0, 0.0
+    for _ in range(MOST_STEPS):
+        t0 = next_place(state, RESOLVED * span)
+        if math.isnan(t0):
+            break
+        value = misfit(
+            t0, time, seen, ramp, axis, resolution, expected, timing, duration, excesses, tables
+        )[0]
+        take(state, t0, value)
+    found: float = state[brent_minimum.BEST]
+    return found
 
 
 @kernel
@@ -303,12 +315,18 @@ def onset_times(
             found[j, 3] = OK
             length = times[j, counts[j] - 1] - times[j, 0]
             duration[j] = length + span[j] * (1.0 + 1.0 / COARSE)
-    tables = np.empty((m, 0, 6))
+    excesses = np.empty((m, 2))
+    tables = np.empty((m, 0, STEPS, 6))
     for trial in range(1 + (ROUNDS if velocity > 0.0 else 0)):
         if trial > 0:
+            if trial == 1:
+                tables = np.empty((m, 2, STEPS, 6))
             for j in range(m):
                 excess[j] = ramps[j, 0] + rate[j] * t0[j] - axes[j, 2]
-            tables = travel_tables(duration, excess, rate, axes, velocity, exponent)
+                excesses[j, 0] = excess[j] if trial == 1 else excesses[j, 1]
+                excesses[j, 1] = excess[j]
+            tables[:, 0] = tables[:, 1]
+            tables[:, 1] = travel_tables(duration, excess, rate, axes, velocity, exponent)
         for j in range(m):
             if found[j, 3] == OK and (trial > 0 or math.isnan(t0[j])):
                 t0[j] = least_misfit(
@@ -321,6 +339,7 @@ def onset_times(
                     timing[j],
                     span[j],
                     duration[j],
+                    excesses[j],
                     tables[j],
                 )
     for j in range(m):
@@ -335,6 +354,7 @@ def onset_times(
                 expected,
                 timing[j],
                 duration[j],
+                excesses[j],
                 tables[j],
             )
             found[j, 0] = t0[j]

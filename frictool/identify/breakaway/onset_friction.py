@@ -40,7 +40,7 @@ PRIOR = 12.0  # 1/variance of a rest position that is uniform within its count, 
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities
 ONSETS_COMPARED = 100
 SURELY = 1.0 + 1e-9  # factor on a limit, since a sum in another order is rounded differently
-TOGETHER = 4  # largest number of onsets that one call of the kernel computes
+FIRST_PART = 4  # number of onsets compared before the first decision; it doubles after each
 
 
 @dataclass(frozen=True)
@@ -119,14 +119,13 @@ class OnsetTable:
             (sliding.key, start, fall), np.full((self.level.size, 3), np.nan)
         )
         new = which[np.isnan(known[which, 0])]
-        for first in range(0, new.size, TOGETHER):
-            part = new[first : first + TOGETHER]
+        if new.size:
             immediate = (
-                np.full(part.size, np.nan)
+                np.full(new.size, np.nan)
                 if fall == IMMEDIATE
-                else np.ascontiguousarray(self._begins(sliding, start, IMMEDIATE, part)[:, 0])
+                else np.ascontiguousarray(self._begins(sliding, start, IMMEDIATE, new)[:, 0])
             )
-            known[part] = self._computed(part, sliding, start, fall, immediate)
+            known[new] = self._computed(new, sliding, start, fall, immediate)
         return known[which]
 
     def _computed(
@@ -196,8 +195,10 @@ class OnsetData:
         squares: Vector = np.empty(order.size)
         partial_sum = 0.0
         compared = self._compared()
-        for first in range(0, order.size, TOGETHER):
-            part = order[first : first + TOGETHER]
+        first = 0
+        while first < order.size:
+            part = order[first : first + max(first, FIRST_PART)]
+            first += part.size
             squares[part] = self.table.efforts(axis, shape, 0.5, fall, compared[part])[2]
             for square in squares[part].tolist():
                 partial_sum += square

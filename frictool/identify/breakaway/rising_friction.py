@@ -13,10 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from frictool.identify.breakaway.position_law import as_good, left_out
 from frictool.identify.fit_result import Interval
+from frictool.identify.regression.brent_minimum import bounded_minimum
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.typing import Matrix, Vector
 
@@ -67,13 +67,7 @@ def rising_friction(
     logarithms = np.linspace(np.log(shortest / REACH), np.log(longest * REACH), 40)
     near = logarithms[int(np.argmin([squares(logarithm) for logarithm in logarithms]))]
     step = logarithms[1] - logarithms[0]
-    tau = float(
-        np.exp(
-            scipy.optimize.minimize_scalar(
-                squares, bounds=(near - step, near + step), method="bounded"
-            ).x
-        )
-    )
+    tau = float(np.exp(bounded_minimum(squares, near - step, near + step)))
     rows = design(tau)
     if as_good(left_out(np.column_stack((rows[:, 0], offset)), friction), left_out(rows, friction)):
         return None

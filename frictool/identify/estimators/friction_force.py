@@ -26,6 +26,7 @@ from frictool.documents.bench import Bench
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, intervals_around
 from frictool.identify.methods import IdentificationSettings, PublishedFilters
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.brent_minimum import bounded_minimum
 from frictool.identify.regression.newey_west import newey_west
 from frictool.identify.rows.regression_samples import (
     KNOWN_OFFSET,
@@ -176,10 +177,4 @@ def _peak(rows: RegressionSamples, force: Vector, both: bool, top: float) -> flo
     logarithms = np.linspace(np.log(SLOWEST * top), np.log(FASTEST * top), GRID_POINTS)
     best = int(np.argmin([left(logarithm) for logarithm in logarithms]))
     around = (logarithms[max(best - 1, 0)], logarithms[min(best + 1, GRID_POINTS - 1)])
-    return float(
-        np.exp(
-            scipy.optimize.minimize_scalar(
-                left, bounds=around, method="bounded", options={"xatol": 1e-8}
-            ).x
-        )
-    )
+    return float(np.exp(bounded_minimum(left, *around, 1e-8)))

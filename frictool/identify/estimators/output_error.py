@@ -21,13 +21,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
-from frictool.engine.bench_position_loop import PositionServo
 from frictool.identify.estimators.power_balance import power_balance
 from frictool.identify.estimators.segment_simulation import (
     STEP,
@@ -54,6 +54,9 @@ from frictool.identify.rows.segments import RecordSegment, of_each_record, whole
 from frictool.identify.rows.slip_fit import WITH_BENCH_INERTIA, known_inertia
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    from frictool.engine.bench_position_loop import PositionServo
 
 OUTPUT_ERROR = "output-error"
 # largest ratio of the interval of the inertia by regression to that by simulation at which the

@@ -28,9 +28,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from frictool.identify.regression.brent_minimum import bounded_minimum
 from frictool.identify.regression.regression import (
     LeastSquaresSolution,
     SingularRegressors,
@@ -211,13 +211,10 @@ def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float,
         for index, start in enumerate(current):
             others = tuple(knee for other, knee in enumerate(current) if other != index)
             reach = speeds[1] - speeds[0]
-            bounds = (max(start - reach, low), min(start + reach, high))
-            current[index] = float(
-                scipy.optimize.minimize_scalar(
-                    lambda speed: _squares(means, (*others, speed)),  # noqa: B023  # used at once
-                    bounds=bounds,
-                    method="bounded",
-                ).x
+            current[index] = bounded_minimum(
+                lambda speed: _squares(means, (*others, speed)),  # noqa: B023  # used at once
+                max(start - reach, low),
+                min(start + reach, high),
             )
     return tuple(sorted(current))
 

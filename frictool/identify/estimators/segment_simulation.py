@@ -12,13 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 
 from frictool.documents.bench import Bench
-from frictool.engine.bench_position_loop import PositionServo, follow_reference
-from frictool.engine.effort_replay import FREE, replay
 from frictool.engine.status_codes import OK
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.motion_record import MotionRecord
@@ -34,6 +33,9 @@ from frictool.identify.rows.segments import RecordSegment, of_each_record
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.axis import BACKLASH, GAP, VELOCITY
 from frictool.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    from frictool.engine.bench_position_loop import PositionServo
 
 STEP = 1e-4  # step of the differences, in units of a parameter's scale
 MOST_RUNS = 60  # largest number of evaluations in the trust region
@@ -88,6 +90,8 @@ class SegmentSimulation:
         effort = segment.effort
         period = segment.record.period
         if self.servo is not None:
+            from frictool.engine.bench_position_loop import follow_reference  # loads the engine
+
             assert segment.reference is not None
             status = follow_reference(
                 p,
@@ -104,6 +108,8 @@ class SegmentSimulation:
             out = effort - u
             out[: int(SETTLING * n)] = 0.0
         else:
+            from frictool.engine.effort_replay import FREE, replay  # loads the engine
+
             acting = effort if error is None else effort + error
             status = replay(p, load, state, acting, measured, FREE, period, x, v)
             out = measured - x
@@ -126,6 +132,8 @@ class SegmentSimulation:
     def _observe(
         self, segment: RecordSegment, values: Mapping[str, float], gains: Vector
     ) -> Vector:
+        from frictool.engine.effort_replay import replay  # loads the engine
+
         p, load = axis_and_load(values, self.bench, segment.record)
         period = segment.record.period
         n = segment.last - segment.first

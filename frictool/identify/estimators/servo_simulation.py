@@ -19,7 +19,6 @@ import scipy
 from frictool.adapters.servo_firmware import PendulumLoad, firmware_law, pendulum_load
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
-from frictool.engine.firmware_servo import follow_goal
 from frictool.engine.status_codes import OK
 from frictool.identify.estimators.segment_simulation import SimulationFit
 from frictool.identify.fit_result import UnusableLogs
@@ -106,6 +105,8 @@ def simulated_position(
     A pendulum that the record states replaces that of the bench. The position is NaN if the
     simulation fails.
     """
+    from frictool.engine.firmware_servo import follow_goal  # loads the engine
+
     servo = segment.record.servo
     assert servo is not None
     assert segment.reference is not None

@@ -25,7 +25,6 @@ import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
@@ -36,6 +35,7 @@ from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, int
 from frictool.identify.interval_checks import below_coulomb, too_vague
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.brent_minimum import bounded_minimum
 from frictool.identify.regression.regression import solve
 from frictool.identify.rows.slip_fit import known_inertia
 from frictool.identify.rows.strokes import find_strokes
@@ -384,10 +384,8 @@ def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
         def left(logarithm: float, exponent: float = exponent) -> float:
             return runs.squares(float(np.exp(logarithm)), exponent)
 
-        minimum = scipy.optimize.minimize_scalar(
-            left, bounds=(near - reach, near + reach), method="bounded"
-        )
-        score = count * np.log(float(minimum.fun) / count) + 2.0 * np.log(count)
+        logarithm = bounded_minimum(left, near - reach, near + reach)
+        score = count * np.log(left(logarithm) / count) + 2.0 * np.log(count)
         if score < best[2] - (EVIDENCE if best[0] > 0.0 else 0.0):
-            best = (float(np.exp(minimum.x)), exponent, score)
+            best = (float(np.exp(logarithm)), exponent, score)
     return best[0], best[1]

@@ -17,9 +17,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
 from frictool.identify.fit_result import SLIDING
+from frictool.identify.regression.brent_minimum import bounded_minimum
 from frictool.identify.regression.regression import SingularRegressors, least, residual_norm
 from frictool.identify.regression.term_selection import (
     beyond_chance,
@@ -154,14 +154,8 @@ def _place(
             [left(samples.sign * np.maximum(speed - candidate, 0.0)) for candidate in candidates]
         )
     )
-    bounds = (
+    return bounded_minimum(
+        lambda candidate: left(bend_column(parts, candidate)),
         float(candidates[max(near - 1, 0)]),
         float(candidates[min(near + 1, GRID_POINTS - 1)]),
-    )
-    return float(
-        scipy.optimize.minimize_scalar(
-            lambda candidate: left(bend_column(parts, float(candidate))),
-            bounds=bounds,
-            method="bounded",
-        ).x
     )

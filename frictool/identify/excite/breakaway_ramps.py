@@ -27,7 +27,6 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
-from frictool.engine.bench_experiment import play_one_ramp
 from frictool.engine.status_codes import OK
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import BenchLimits
@@ -244,6 +243,8 @@ def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
 
     On endless travel, a round consists of SEGMENTS ramps in each direction.
     """
+    from frictool.engine.bench_experiment import play_one_ramp  # loads the engine
+
     p = axis.as_array()
     state = np.asarray(rest(ramp.low if math.isfinite(ramp.low) else 0.0))
     used = {1.0: 0, -1.0: 0}

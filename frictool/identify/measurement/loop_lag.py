@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.regression.brent_minimum import bounded_minimum
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.typing import Vector
 
@@ -45,16 +46,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     logarithms = np.linspace(np.log(SHORTEST * period), np.log(LONGEST * period), 60)
     near = logarithms[int(np.argmin([squares(logarithm) for logarithm in logarithms]))]
     step = logarithms[1] - logarithms[0]
-    lag = float(
-        np.exp(
-            scipy.optimize.minimize_scalar(
-                squares,
-                bounds=(near - step, near + step),
-                method="bounded",
-                options={"xatol": 1e-6},
-            ).x
-        )
-    )
+    lag = float(np.exp(bounded_minimum(squares, near - step, near + step, 1e-6)))
     residual, columns = _left(lag, command, measured, period)
     error = float(np.std(residual)) / float(np.std(measured))
     if error > LARGEST_ERROR:

@@ -33,6 +33,7 @@ from frictool.identify.assess.weak_form_precision import weak_deviation
 from frictool.identify.estimators.piecewise_friction import EVIDENCE
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.brent_minimum import bounded_minimum
 from frictool.identify.regression.combined_interval import half_width
 from frictool.identify.regression.regression import LeastSquaresSolution, SingularRegressors, solve
 from frictool.identify.rows.slip_fit import full_backlash
@@ -260,11 +261,10 @@ def _width(rows: list[ReversalRows], widest: float) -> float:
 
     candidates = np.linspace(0.0, widest, GRID_POINTS + 1)[1:]
     near = candidates[int(np.argmin([squares(float(candidate))[0] for candidate in candidates]))]
-    bounds = (max(near - candidates[0], 0.1 * candidates[0]), near + candidates[0])
-    best = float(
-        scipy.optimize.minimize_scalar(
-            lambda candidate: squares(candidate)[0], bounds=bounds, method="bounded"
-        ).x
+    best = bounded_minimum(
+        lambda candidate: squares(candidate)[0],
+        max(near - candidates[0], 0.1 * candidates[0]),
+        near + candidates[0],
     )
     least, rise = squares(best)
     none = plain[:, :SLOPE]

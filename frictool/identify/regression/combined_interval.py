@@ -16,6 +16,8 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
+from frictool.plant.sign_change import sign_change
+
 GRID = 4000
 NARROW = 1e-2  # least deviation relative to the sum of all parts, so that the integral converges
 TAIL = 9.0  # upper limit of the integral, in units of 1/deviation; e^(-TAIL^2/2) is negligible
@@ -43,4 +45,4 @@ def half_width(confidence: float, deviation: float, ranges: Sequence[float]) -> 
     def short(h: float) -> float:
         return float(2.0 / np.pi * step * np.sum(np.sin(h * t) * weight)) - confidence
 
-    return total * float(scipy.optimize.brentq(short, 1e-3, 12.0))
+    return total * sign_change(short, 1e-3, 12.0)

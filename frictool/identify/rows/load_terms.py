@@ -31,7 +31,6 @@ from frictool.documents.laws import Load as LoadLaw
 from frictool.documents.laws import Ripple as RippleLaw
 from frictool.documents.load_terms import MOST_HARMONICS, LoadTerms, Term
 from frictool.documents.quantity import Estimate
-from frictool.engine.effort_replay import replay_parameters
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.effects import effect_names
@@ -158,6 +157,8 @@ def axis_and_load(
                     LoadHarmonic(wave_number(term, bench), values[sine], values[cosine]),
                 )
             )
+    from frictool.engine.effort_replay import replay_parameters  # loads the engine
+
     return replay_parameters(axis), np.asarray(load.as_array())
 
 

@@ -1,0 +1,107 @@
+"""Brent's search for a minimum in an interval, for Python and for kernels.
+
+The method is parabolic interpolation with golden section (R. Brent, Algorithms for Minimization
+without Derivatives, 1973, chapter 5). The import of scipy.optimize would take longer than the
+searches of an identification.
+
+The state of a search is a list or an array of ten numbers: the interval, the three points with the
+smallest values and these values, the last step, and the step before it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from frictool.typing import Vector
+
+LOW, HIGH, BEST, LEAST, SECOND, AT_SECOND, THIRD, AT_THIRD, STEP, STEP_BEFORE = range(10)
+SMALL_PART = 0.5 * (3.0 - math.sqrt(5.0))  # golden section: smaller part of an interval
+MOST_STEPS = 500  # largest number of evaluations after the first
+ROUNDING = 1.5e-8  # least relative error of a minimum: square root of the rounding error
+
+
+def bounded_minimum(
+    value: Callable[[float], float], low: float, high: float, tolerance: float = 1e-5
+) -> float:
+    """Return an argument between `low` and `high` at which `value` has a local minimum.
+
+    Parameters
+    ----------
+    value
+        Continuous function of one argument.
+    low
+        Start of the searched interval.
+    high
+        End of the searched interval.
+    tolerance
+        Error of the result, in the unit of the argument.
+
+    Returns
+    -------
+    float
+        The evaluated argument with the smallest value.
+    """
+    start = low + SMALL_PART * (high - low)
+    state = [low, high, *3 * [start, value(start)], 0.0, 0.0]
+    for _ in range(MOST_STEPS):
+        place = next_place(state, ROUNDING * abs(state[BEST]) + tolerance / 3.0)
+        if math.isnan(place):
+            break
+        take(state, place, value(place))
+    return state[BEST]
+
+
+def next_place(state: list[float] | Vector, resolved: float) -> float:
+    """Return the next argument, and record the step; nan if the minimum is known to `resolved`.
+
+    Each argument is at least `resolved` away from the best one.
+    """
+    low, high, best = state[LOW], state[HIGH], state[BEST]
+    middle = 0.5 * (low + high)
+    if abs(best - middle) <= 2.0 * resolved - 0.5 * (high - low):
+        return math.nan
+    # the vertex of the parabola is at best + top/bottom
+    r = (best - state[SECOND]) * (state[LEAST] - state[AT_THIRD])
+    q = (best - state[THIRD]) * (state[LEAST] - state[AT_SECOND])
+    top = (best - state[SECOND]) * r - (best - state[THIRD]) * q
+    bottom = 2.0 * (q - r)
+    if bottom < 0.0:
+        top = -top
+        bottom = -bottom
+    if (
+        2.0 * abs(top) < bottom * abs(state[STEP_BEFORE])
+        and bottom * (low - best) < top < bottom * (high - best)
+    ):  # fmt: skip
+        state[STEP_BEFORE] = state[STEP]
+        step = top / bottom
+        if min(best + step - low, high - best - step) < 2.0 * resolved:
+            step = math.copysign(resolved, middle - best)
+    else:
+        state[STEP_BEFORE] = (low if best >= middle else high) - best
+        step = SMALL_PART * state[STEP_BEFORE]
+    state[STEP] = step
+    return float(best + math.copysign(max(abs(step), resolved), step))
+
+
+def take(state: list[float] | Vector, place: float, value: float) -> None:
+    """Narrow the interval by the value of the function at `place`."""
+    best = state[BEST]
+    if value <= state[LEAST]:
+        state[LOW if place >= best else HIGH] = best
+        state[THIRD] = state[SECOND]
+        state[AT_THIRD] = state[AT_SECOND]
+        state[SECOND] = best
+        state[AT_SECOND] = state[LEAST]
+        state[BEST] = place
+        state[LEAST] = value
+        return
+    state[LOW if place < best else HIGH] = place
+    if value <= state[AT_SECOND] or state[SECOND] == best:
+        state[THIRD] = state[SECOND]
+        state[AT_THIRD] = state[AT_SECOND]
+        state[SECOND] = place
+        state[AT_SECOND] = value
+    elif value <= state[AT_THIRD] or state[THIRD] in (best, state[SECOND]):
+        state[THIRD] = place
+        state[AT_THIRD] = value
