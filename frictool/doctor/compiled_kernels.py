@@ -1,4 +1,4 @@
-"""Checks of compiled kernels: a kernel is compiled and run; kernels on disk are counted."""
+"""Checks of compiled kernels: a kernel is compiled and run, and the kernels on disk are counted."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from frictool.runtime.kernel_sources import PACKAGE, Sources, UnknownSourcesErro
 
 @dataclass(frozen=True)
 class OldKernelFolder:
-    """Folder with kernels of a former toolchain, or of a former state of a module.
+    """Cache folder with kernels that this installation no longer uses.
+
+    The kernels belong to a former toolchain, or to a former state of a module.
 
     kept_by: reason why the folder cannot be removed; "" if it can be removed.
     """
@@ -47,7 +49,10 @@ def check_compiling() -> InstallationFinding:
 
 
 def _polynomial(x: float, order: int) -> float:
-    """Return 1 + x + ... + x^order, which is exact in double for the x and `order` of the check."""
+    """Return 1 + x + ... + x^order.
+
+    The result is exact in double precision for the x and `order` of the check.
+    """
     total = 1.0
     for _ in range(order):
         total = 1.0 + x * total
@@ -104,7 +109,7 @@ def _distrusted(folder: Path | None) -> InstallationFinding:
 
 
 def old_kernel_folders() -> list[OldKernelFolder]:
-    """Return the folders in the kernel cache that other versions or installations made."""
+    """Return the folders of the kernel cache that this installation does not use."""
     old = [
         folder
         for place in kernels.cache_places()

@@ -1,9 +1,9 @@
 """Compilation of all kernels before their first use, for the types in `kernels.json`.
 
-The file lists the argument types of all kernel calls in the tests. For kernels of friction laws
-that it does not list, the types follow from the kind of law. The command `python -m
-frictool.doctor.precompilation` prints the list of the kernels that are in the cache now, in the
-format of `kernels.json`.
+The file `kernels.json` lists the argument types of all kernel calls in the tests. The types of
+other kernels of friction laws follow from the kind of law. The command `python -m
+frictool.doctor.precompilation` prints the kernels that are now in the cache, in the format of
+`kernels.json`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Compilation:
     """Result of a compilation of many kernels.
 
     prepared: number of pairs (kernel, argument types).
-    compiled: number of these pairs that had to be compiled, because they were not in the cache.
+    compiled: number of these pairs that had to be compiled because the cache lacked them.
     failures: messages of failed compilations.
     """
 
@@ -56,7 +56,9 @@ class _Count(event.Listener):
 def compile_all(
     progress: Callable[[float], None], rows: list[list[Any]] | None = None
 ) -> Compilation:
-    """Compile and store every kernel in `rows` (module, name, kind, types), by default all kernels.
+    """Compile and store every kernel in `rows`; None compiles all kernels.
+
+    A row is (module, name, kind, types).
 
     Kernels that call other kernels come first, so that each kernel is compiled once. `progress` is
     called with the completed fraction, 0 to 1.
@@ -76,7 +78,7 @@ def compile_all(
 
 
 def all_rows() -> list[list[Any]]:
-    """Return rows for the laws' kernels that `kernels.json` does not list, then its rows."""
+    """Return the rows for kernels of friction laws that `kernels.json` lacks, then its rows."""
     listed: list[list[Any]] = json.loads(LIST.read_bytes())
     known = {(module, name) for module, name, *_ in listed}
     added = []

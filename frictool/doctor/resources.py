@@ -40,7 +40,7 @@ def check_machine() -> InstallationFinding:
 
 
 def _memory() -> int | None:
-    """Return the memory of the machine or, if less, of the container [bytes]; None if unknown."""
+    """Return the smaller memory of machine and container in bytes; None if unknown."""
     try:
         whole = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):

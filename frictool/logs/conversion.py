@@ -38,11 +38,11 @@ class OutgoingStream:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Return the column units: s for the time, then the units of the signals."""
+        """Return the units of the columns: s for the time, then the units of the signals."""
         return (TIME_UNIT, *self.head.units)
 
     def blocks(self) -> Iterator[list[Vector]]:
-        """Yield blocks of rows, each a list of vectors: the time [s], then the signals.
+        """Yield blocks of rows; a block is a list of vectors: the time in s, then the signals.
 
         A block has at least BLOCK_ROWS rows; only the last block may be shorter.
         """
@@ -56,7 +56,7 @@ class OutgoingStream:
             yield _columns(join_blocks(pending))
 
     def whole(self) -> list[Vector]:
-        """Return all samples: the time in s, then the signals."""
+        """Return all samples as a list of vectors: the time in s, then the signals."""
         return _columns(join_blocks([*self.samples]))
 
 
@@ -76,8 +76,8 @@ def convert(
 ) -> None:
     """Write the streams and the metadata records `notes` to `target` in the format `form`.
 
-    Raises LogError, naming `source`, if there are several streams but a file in this format can
-    contain only one.
+    Raises LogError with the file name `source` if there are several streams, but a file in this
+    format can contain only one stream.
     """
     if len(streams) > 1 and not form.several:
         topics = ", ".join(stream.head.topic for stream in streams)

@@ -14,7 +14,7 @@ DAY = 86_400 * NS  # ns per day
 
 
 class DayClock:
-    """Converter of times of day to times that increase beyond midnight, for the rows of a file.
+    """Converter of the times of day in a file to times that continue to increase after midnight.
 
     Times with a date, counted in ns from 1970-01-01, are returned unchanged.
     """

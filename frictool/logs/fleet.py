@@ -20,14 +20,18 @@ PARQUET_MAGIC = b"PAR1"
 
 @dataclass(frozen=True)
 class FleetLog:
-    """Log file of a fleet, with its path and the path shown to the user (`name`, see `members`)."""
+    """Log file of a fleet.
+
+    path: path of the file.
+    name: path that is shown to the user (see `members`).
+    """
 
     path: Path
     name: LogName
 
 
 def is_fleet(logs: Sequence[Path]) -> bool:
-    """Return True if several paths are listed, or one folder that is not a ROS 2 bag."""
+    """Return True if `logs` has several paths, or a single folder that is not a ROS 2 bag."""
     return len(logs) > 1 or (logs[0].is_dir() and not _is_bag(logs[0]))
 
 
@@ -38,11 +42,11 @@ def _is_bag(folder: Path) -> bool:
 def members(logs: Iterable[Path]) -> list[FleetLog]:
     """Return the listed logs and all logs in the listed folders.
 
-    Hidden files are left out, and so are tables of results that frictool wrote. If one folder is
-    listed, the names of its logs are paths relative to this folder. If several folders are listed,
-    each name begins with the name of the folder.
+    Hidden files and tables of results that frictool wrote are left out. If one folder is listed,
+    the names of its logs are paths relative to this folder. If several folders are listed, each
+    name begins with the name of the folder.
 
-    Raises LogError if a folder contains no log.
+    Raises LogError if a folder contains no log, or if only tables of results are listed.
     """
     logs = list(logs)
     several = sum(is_fleet([log]) for log in logs) > 1

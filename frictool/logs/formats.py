@@ -28,13 +28,13 @@ class Format(NamedTuple):
 
     name: short name, used in `convert --to`.
     title: name used in messages.
-    suffixes: usual file suffixes; a written file gets the first.
+    suffixes: usual file suffixes. A written file gets the first suffix.
     reader: module that reads the format.
     writer: module that writes the format; "" if frictool does not write it.
     written: name of the format in the help of commands that write it.
     several: True if a written file can contain several streams.
-    library: (module, extra) of the Python library that the format needs and of the extra of
-        frictool that installs it; None if the format needs no library.
+    library: (module, extra): the Python module that the format needs, and the extra of frictool
+        that installs this module; None if the format needs no library.
     other_suffixes: less usual suffixes of files that are read as logs.
     """
 
@@ -165,7 +165,7 @@ class FormatReader(Protocol):
         """Return True if the file `path`, whose first bytes are `head`, has this format."""
 
     def tables(self, path: Path, layout: Layout | None) -> tuple[RawTable, ...]:
-        """Return the tables of a file; `layout` is the layout declared in bench.yaml, if any."""
+        """Return the tables of a file; `layout` is the layout in bench.yaml, or None."""
 
 
 def format_of(path: Path) -> Format:
@@ -206,7 +206,7 @@ def refuse_document(path: Path, head: bytes) -> None:
 
 
 def refuse_swapped(document: Path, log: Path) -> None:
-    """Raise LogError if a log was passed in the place of a document, and a document as the log."""
+    """Raise LogError if the document and the log were passed in the wrong order."""
     if not document.is_file() or not log.is_file():
         return
     match = _document_key().search(head_of(log)) if log.stat().st_size else None
@@ -248,7 +248,7 @@ def format_for(path: Path) -> Format | None:
 
 
 def require(form: Format | None, path: Path) -> None:
-    """Raise LogError, naming `path`, if the library that the format needs is not installed."""
+    """Raise LogError with the name `path` if the library of the format is not installed."""
     if form is not None and form.library is not None:
         library(path, *form.library)
 

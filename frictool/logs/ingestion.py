@@ -32,9 +32,10 @@ class IngestRequest:
     window : TimeWindow
         Part of the log's time that is kept; `TimeWindow.between(2.0, 5.0)` keeps 2 s to 5 s.
     period_s : float or None
-        Sample period [s] to which all streams are resampled on one time grid; None: no resampling.
+        Sample period [s] to which all streams are resampled on one time grid; None to keep the
+        samples.
     kind : str or None
-        Kind of test, a key of KINDS; None: the kind that `info` recognises.
+        Kind of test, a key of KINDS; None to use the kind that `info` recognises.
     unit : str or None
         Serial number of the actuator.
     date : str or None
@@ -65,7 +66,7 @@ class IngestRequest:
 
     @property
     def facts(self) -> dict[str, str]:
-        """Return the provided kind, unit and date as entries of the metadata record `log`."""
+        """Return the requested kind, unit and date as entries of the metadata record `log`."""
         entries = ((TEST, self.kind), (UNIT, self.unit), (DATE, self.date))
         return {key: text for key, text in entries if text}
 
@@ -99,7 +100,7 @@ def ingest(
         Files of any format that frictool reads. The first file becomes `/axis`, each other file
         becomes `/axis/NAME`.
     target : Path or str
-        File to write; after an error it is unchanged.
+        File to write. After an error, the file is unchanged.
     bench : Bench, optional
         Bench with `columns` that describe the files; not needed for canonical logs.
     request : IngestRequest, optional
@@ -138,7 +139,7 @@ def write_assembly(
     provenance: Provenance,
     tick: Callable[[float], None] = lambda part: None,
 ) -> IngestedLog:
-    """Write the requested part of the assembled streams, with kind, unit, date and provenance.
+    """Write the requested part of the assembled streams and the metadata of the request.
 
     tick: callback that receives the completed fraction, 0 to 1.
 

@@ -45,7 +45,7 @@ from frictool.logs.stream_source import SampleBlock, StreamSource
 
 
 class TimeWindow(NamedTuple):
-    """Time window in the log's time [ns], both ends included; None: no limit at this end."""
+    """Time window in the log's time [ns], including both ends; None at an end means no limit."""
 
     start: int | None = None
     end: int | None = None
@@ -86,7 +86,7 @@ class LogAssembly:
 
     flows: streams in the order of the files.
     notes: metadata records.
-    lost: losses noticed when the files were opened.
+    lost: losses that were noticed when the files were opened.
     earlier_losses: losses that the metadata of an already canonical input file reports.
     origin: clock time in ns at time 0 of the log; None until `start_streams` has set it.
     ahead: topic -> time in ns by which the stream's clock leads the log's clock.
@@ -146,8 +146,9 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
     """Open the files of one log and return their streams.
 
     The streams of the first file keep their topics. The first stream of each other file becomes
-    `/axis/STEM`, its other streams `/axis/STEM_NAME`. STEM is the file's name without suffix, or
-    the name of the file's instrument in bench.yaml; NAME is the stream's name within the file.
+    `/axis/STEM`; the remaining streams of this file become `/axis/STEM_NAME`. STEM is the file's
+    name without suffix, or the name of the file's instrument in bench.yaml; NAME is the stream's
+    name within the file.
 
     salvage: if True, unreadable data is left out; if False, it raises LogError.
 
@@ -188,7 +189,7 @@ def add_tables(
 ) -> None:
     """Add the streams of a raw file; raise LogError if a column does not fit bench.yaml.
 
-    stem: name, without suffix, of a file that is not the first of the log; "" for the first.
+    stem: "" for the first file of the log; the file name without suffix for any other file.
     ahead_ns: time in ns by which the file's clock leads the log's clock.
     """
     ready, findings = prepare_tables(tables, bench)
@@ -264,7 +265,7 @@ class PendingStream:
     intervals: SampleIntervals = field(default_factory=SampleIntervals)
 
     def seen(self) -> Iterator[SampleBlock]:
-        """Yield the samples, and add their times to `intervals`."""
+        """Yield the samples; add the times of each block to `intervals`."""
         for piece in self.samples:
             self.intervals.add(piece.time)
             yield piece
@@ -281,8 +282,8 @@ def write(
     """Write all streams within the window, and return their headers and time bases.
 
     notes: additional metadata records.
-    period_ns: sample period in ns to which all streams are resampled, as one stream; None for no
-        resampling.
+    period_ns: sample period in ns of the single stream to which all streams are resampled; None if
+        they are not resampled.
     tick: callback that receives the completed fraction, 0 to 1.
 
     Raises LogError if a sample cannot be read, or if no sample is in the window.
@@ -373,10 +374,6 @@ def origins(made: LogAssembly, topics: list[str]) -> Notes:
 def _on_grid(
     made: LogAssembly, ready: list[PendingStream], period_ns: int
 ) -> tuple[list[PendingStream], dict[str, str]]:
-    """Resample all streams to one stream.
-
-    Raises LogError if the time that the streams have in common is shorter than the sample period.
-    """
     derived = [
         flow.head.topic
         for flow in made.flows

@@ -20,7 +20,8 @@ MAIN, FURTHER = (1.0, 1.2, 3.0), (0.35, 0.7, 2.0)  # opacity, width, order of a 
 def log_figure(log: Log) -> Figure:
     """Return a figure with one panel for each signal of the main stream, plotted against time.
 
-    If other streams have the same signal, it is drawn faintly in the same panel.
+    If another stream contains the same signal, that stream's curve is drawn faintly in the same
+    panel.
     """
     from matplotlib.figure import Figure
 

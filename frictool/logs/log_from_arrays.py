@@ -27,7 +27,7 @@ def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: 
     signals : mapping of str to array_like, shape (n,)
         Signals in SI by channel; channels are `position`, `velocity`, `reference` and others.
     axis : {"rotary", "linear"}
-        Kind of the axis; it decides the SI units of the signals.
+        Kind of the axis, which determines the SI units of the signals.
     name : str
         Name of the log in error messages.
 

@@ -19,7 +19,7 @@ MOST = 1000
 
 
 class LossList(list[DataLoss]):
-    """List of data losses of bounded length, because every row of a long log may be damaged."""
+    """List of data losses of limited length, because every row of a long log may be damaged."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -30,9 +30,9 @@ class LossList(list[DataLoss]):
     def append(self, loss: DataLoss) -> None:
         """Append a loss.
 
-        If the list has MOST_OF_A_KIND losses of the same channels and reason, the loss is merged
-        with the last of them. Beyond MOST losses, losses of the same channels are merged whatever
-        their reasons.
+        If the list already has MOST_OF_A_KIND losses of the same channels for the same reason,
+        `loss` is merged with the last of these losses. If the list has more than MOST losses,
+        losses of the same channels are merged even if their reasons differ.
         """
         kind = (loss.channels, loss.reason if len(self) < MOST else "")
         count, last = self._kinds.get(kind, (0, 0))
@@ -61,7 +61,8 @@ def losses_of(
 ) -> list[DataLoss]:
     """Return the losses that the metadata record `lost` of a log contains.
 
-    Raises LogError, naming `source`, if the record does not have the form that frictool writes.
+    Raises LogError with the name `source` if the record does not have the form that frictool
+    writes.
     """
     try:
         return [

@@ -12,7 +12,7 @@ from frictool.errors import LogError
 def library(path: Path, module: str, extra: str) -> ModuleType:
     """Return the imported module `module`.
 
-    Raises LogError, naming `path` and the install command, if the module is missing.
+    Raises LogError with `path` and the install command if the module is missing.
     """
     try:
         return importlib.import_module(module)

@@ -25,7 +25,9 @@ DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
 
 @dataclass(frozen=True)
 class NamePatterns:
-    """Regular expressions that extract actuator and date from a log's path; None if there is none.
+    """Regular expressions that extract actuator and date from a log's path.
+
+    unit, date: pattern of the actuator and of the date; None if there is no pattern.
 
     The extracted text is the whole match or, if the pattern has groups, the groups joined by "-".
     """
@@ -38,8 +40,8 @@ class NamePatterns:
 class LogOrigin:
     """Actuator and date of a log; None if unknown.
 
-    unit: name of the actuator.
-    date: ISO 8601, in UTC if it comes from a clock.
+    unit: name or serial number of the actuator.
+    date: date in ISO 8601; a date that comes from a clock is in UTC.
     """
 
     unit: str | None
@@ -50,8 +52,8 @@ class LogOrigin:
 class LogName:
     """Path of a log, as shown to the user.
 
-    folder: name of the folder that contains the file, if the log was found by searching a listed
-        folder; else "".
+    folder: name of the folder that contains the file if the log was found in a listed folder; "" if
+        the log itself was listed.
     """
 
     file: str
@@ -68,7 +70,7 @@ def origin_of(
     """Return actuator and date of a log from its metadata, clock and path.
 
     noted: metadata record `log` of the log.
-    clock_ns: clock time in ns at time 0 of the log; None without a clock.
+    clock_ns: clock time in ns at time 0 of the log; None if the log has no clock.
     first: time of the first sample, in s.
     """
     called = origin_by_name(name, patterns)
@@ -93,7 +95,7 @@ def origin_by_name(name: LogName, patterns: NamePatterns) -> LogOrigin:
 
 
 def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list[str]:
-    """Return a message for each pattern that extracts nothing, or no valid date, from all names.
+    """Return a message for each pattern that extracts nothing from any name, or no valid date.
 
     Such a pattern is probably misspelt.
     """
@@ -124,9 +126,11 @@ def _of_clock(clock_ns: int | None, first: float) -> str | None:
 
 
 def as_date(text: str) -> str | None:
-    """Return the ISO 8601 date of a text with year, month, day and perhaps hour, minute, second.
+    """Return the date in a text as ISO 8601; None if the text is not a date.
 
-    Any characters may separate the digits. The result is None if the text is not a date.
+    The text consists of year, month and day, which hour, minute and second may follow.
+
+    Any characters may separate the digits.
 
     >>> as_date("2026-01-03_08h15")
     '2026-01-03T08:15:00'

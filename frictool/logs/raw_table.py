@@ -1,12 +1,12 @@
 """Raw tables: named columns of a raw log file, before they are mapped to channels in SI.
 
-A file has one table for each time base: the rows of a CSV file, a channel group of an MDF file, a
-topic of a recording. A table is read block after block, so that a log of several hours needs little
-memory.
+A file has one table for each time base. Examples are the rows of a CSV file, a channel group of an
+MDF file, and a topic of a recording. A table is read block after block, so that a log of several
+hours needs little memory.
 
     RawTable ──blocks──▶ RowBlock, RowBlock, ... ──mapping──▶ samples in SI ──▶ canonical log
 
-Damaged data raises LogError. With `--salvage` it is left out and recorded as a DataLoss.
+Damaged data raises LogError. With `--salvage`, damaged data is left out and recorded as a DataLoss.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ Nanoseconds = NDArray[np.int64]
 class DataLoss:
     """Samples that could not be read.
 
-    channels: paths of the affected signals (column names while a table is read); empty for all.
+    channels: paths of the affected signals (column names while a table is read); empty if all
+        signals are affected.
     reason: why the samples could not be read.
     start_s, end_s: first and last time of the loss, in s of log time; None if unknown.
     samples: number of lost samples; None if unknown.
@@ -66,7 +67,7 @@ class RowBlock:
     """Consecutive rows of a table.
 
     first_row: index of the block's first row in the table, from 0.
-    columns: requested column -> numbers (n,) as in the file, NaN for an empty cell.
+    columns: requested column -> numbers (n,) as in the file; NaN for an empty cell.
     time_ns: exact times (n,) in ns, if the file gives the time of each row (messages of a
         recording, ISO 8601); None if the time is a column of numbers or missing.
     recorded_ns: times (n,) in ns at which the recorder stored the rows, if `time_ns` comes from
@@ -85,7 +86,7 @@ class RawTable(Protocol):
     source: file name for messages.
     topic: name of the table in the file; "" if the file has only one table.
     names: columns in the order of the file; a column can be requested by name or by number.
-    units: column -> unit that the file states, or None.
+    units: column -> unit stated in the file; None if the file states none.
     clock: name of the clock that gives the times of the rows, such as `log time`; None if the time
         is a column.
     size: number of bytes that `blocks` processes in total.
@@ -99,7 +100,7 @@ class RawTable(Protocol):
     size: int
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with this name or number (from 1); None if there is none.
+        """Return the name of the column whose name or number (from 1) is `wanted`, else None.
 
         Raises LogError if the column contains no numbers.
         """
@@ -124,7 +125,7 @@ class RawTable(Protocol):
 class DerivedTable:
     """Base class of tables that are computed from another table; a subclass defines `blocks`.
 
-    names, units: columns and units of the other table; a subclass may add columns.
+    names, units: columns and units of the other table. A subclass may add columns.
     """
 
     def __init__(self, table: RawTable) -> None:
@@ -137,7 +138,7 @@ class DerivedTable:
         self.units: Mapping[str, str | None] = table.units
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with this name or number (from 1), or None."""
+        """Return the name of the column whose name or number (from 1) is `wanted`, else None."""
         return self._table.find(wanted)
 
     def line(self, row: int) -> int | None:
@@ -158,7 +159,7 @@ SALVAGE = "`ingest --salvage` keeps the readable part"
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:
-    """Return an error about a row; the message gives the row's line or, if unknown, its sample."""
+    """Return an error about a row, with the line of the row or, if unknown, its sample number."""
     line = table.line(row)
     return LogError(
         table.source, message if line is not None else f"sample {row + 1}, {message}", line=line
@@ -166,18 +167,18 @@ def fail_at(table: RawTable, row: int, message: str) -> LogError:
 
 
 def find(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element of `names` with this name or number (from 1); None if there is none."""
+    """Return the element of `names` whose name or number (from 1) is `wanted`, else None."""
     if isinstance(wanted, int):
         return names[wanted - 1] if 1 <= wanted <= len(names) else None
     return wanted if wanted in names else None
 
 
 def common_rows(source: str, rows: Mapping[str, int]) -> int:
-    """Return the number of rows, which must be the same for all columns; 0 if there are no columns.
+    """Return the number of rows of the columns; 0 if there are no columns.
 
     rows: column -> number of rows.
 
-    Raises LogError if the numbers differ.
+    Raises LogError if the columns have different numbers of rows.
     """
     first = next(iter(rows), "")
     for name, n in rows.items():
@@ -188,7 +189,7 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
 
 
 def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "column") -> str:
-    """Return the name of the column with this name or number (from 1).
+    """Return the name of the column whose name or number (from 1) is `wanted`.
 
     Raises LogError, with the nearest name and the available names, if there is no such column.
     """

@@ -40,6 +40,6 @@ def refusal(size: int, rows: int, columns: int) -> str | None:
     if 8 * rows * columns <= allowed_bytes(size):
         return None
     return (
-        f"declares {rows} rows in {size} bytes; allowed: "
+        f"declares {rows} rows in {size} bytes; allowed: at most "
         f"{allowed_bytes(size) // max(8 * columns, 1)} rows in a file of this size"
     )

@@ -110,7 +110,7 @@ REFUSED = {
     ),
     "beyond": (
         ClockEstimate("effort", "velocity", Quantity(0.01)),
-        "is an end of the allowed range",
+        "is at the end of the allowed range",
     ),
 }
 
@@ -171,7 +171,7 @@ def test_offsets_that_cannot_be_told_are_refused():
     with pytest.raises(ValueError, match=r"fit equally well; allow less than half a period"):
         clock_offset(t, np.sin(40.0 * t), t, np.sin(40.0 * t) + 0.1 * rng.normal(size=t.size), 0.3)
     with pytest.raises(
-        ValueError, match=r"name two channels of one quantity|an end of the allowed range"
+        ValueError, match=r"name two channels of one quantity|at the end of the allowed range"
     ):
         clock_offset(t, motion(t), t, rng.normal(size=t.size), 0.1)
     with pytest.raises(ValueError, match=r"explains 0%|is an end"):

@@ -40,12 +40,12 @@ STRIDED_BYTES = 1 << 22  # bytes of matrix rows that are read at once for one co
 class ArrayColumn:
     """Location of the numbers of a column in a file.
 
-    open: function that opens a stream of the bytes.
-    offset: position of the first number in the stream, in bytes.
-    dtype: number type.
+    open: function that returns a stream of the bytes that contain the numbers.
+    offset: position in bytes of the first number in that stream.
+    dtype: NumPy type of the numbers.
     rows: number of values.
     step: bytes from the start of one number to the start of the next.
-    unit: unit that the file states, or None.
+    unit: unit stated in the file; None if the file states none.
     """
 
     open: Callable[[], ByteStream]
@@ -90,10 +90,10 @@ class ColumnReader:
 class ArrayTable:
     """Table of the arrays in one file (implements RawTable).
 
-    columns: name -> location of the numbers of each real vector.
-    others: name -> description of each variable that is not a real vector.
-    damage: description of damage outside the columns; None if there is none.
-    dated: datetime64 column with the times of the rows, or None.
+    columns: name of each real vector -> location of its numbers.
+    others: name of each variable that is not a real vector -> description of the variable.
+    damage: description of damage outside the columns; None if no such damage was found.
+    dated: datetime64 column with the times of the rows; None if the file has no such column.
     """
 
     source: str
@@ -116,10 +116,10 @@ class ArrayTable:
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with this name or number (from 1), or None.
+        """Return the name of the column whose name or number (from 1) is `wanted`, else None.
 
         A column of a matrix is named `x(:,1)` as in MATLAB or `x[:, 0]` as in NumPy. Raises
-        LogError if the variable is not a real vector, or if it may be in the damaged part of the
+        LogError if `wanted` is not a real vector, or if `wanted` may be in the damaged part of the
         file.
         """
         if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
@@ -132,8 +132,8 @@ class ArrayTable:
         if name is None and self.damage is not None:
             raise LostColumnError(
                 self.source,
-                f"is damaged: {self.damage}; readable: {listed(self.names, LONGEST_READABLE)}, "
-                f"but not {wanted!r}",
+                f"is damaged: {self.damage}; readable: {listed(self.names, LONGEST_READABLE)}; "
+                f"not readable: {wanted!r}",
             )
         return name
 
@@ -190,10 +190,10 @@ class ArrayTable:
     def _check(
         self, streams: Mapping[str, ByteStream], rows: int, read: int, losses: list[DataLoss] | None
     ) -> None:
-        """Report each stream that ended early.
+        """Raise LogError if a stream ended early; with a list `losses`, append a loss instead.
 
-        If all rows were read, the rest of each stream is read first, because its checksum is at its
-        end.
+        The checksum of a stream is at its end. Therefore the rest of each stream is read first if
+        all rows were read.
         """
         if read == rows:
             for stream in streams.values():
@@ -219,7 +219,7 @@ def check_rows(source: str, size: int, rows: int, columns: int) -> None:
 
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element of `names` with this name or number (from 1); None if there is none.
+    """Return the element of `names` whose name or number (from 1) is `wanted`, else None.
 
     The name of a matrix column may be in MATLAB's or in NumPy's notation.
     """

@@ -1,7 +1,7 @@
-"""Streams of the bytes in a part of a file, plain or decompressed.
+"""Streams of the bytes in a part of a file, as stored or decompressed.
 
-A stream never raises an error at damage. It ends early and states the reason in `damage`, so that
-everything before the damage can be salvaged.
+A stream does not raise an error when it reaches damaged bytes. The stream ends there and states the
+reason in `damage`, so that everything before the damage can be salvaged.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class ByteStream:
             size -= len(self.read(min(size, PIECE)))
 
     def check(self) -> None:
-        """Read to the end if a checksum is there; set `damage` if the checksum is wrong."""
+        """Verify the checksum at the end of the stream, if any; set `damage` if it is wrong."""
 
     def _piece(self, most: int) -> bytes:
         try:
@@ -87,7 +87,7 @@ class InflatedBytes(ByteStream):
         self._inflater = zlib.decompressobj()
 
     def check(self) -> None:
-        """Read to the end; set `damage` if the stream is damaged or its end mark is missing."""
+        """Read to the end; set `damage` if bytes of the stream are damaged or missing."""
         while self.damage is None and self._piece(PIECE):
             pass
         if not self._inflater.eof:
@@ -118,7 +118,7 @@ class ArchiveBytes(ByteStream):
         self.damage: str | None = None
 
     def check(self) -> None:
-        """Read to the end; set `damage` if the stream is damaged."""
+        """Read to the end; set `damage` if bytes of the stream are damaged."""
         while self.damage is None and self._piece(PIECE):
             pass
 

@@ -1,8 +1,8 @@
 """Reader of CAN logs (BLF, ASC, candump, PCAN-Trace), with python-can and cantools.
 
 A DBC file in the folder of the log defines the signals in the frames. The key `layout.dbc` in
-bench.yaml gives its name; by default, it has the name of the log with the suffix `.dbc`. Each
-message of the DBC becomes a table with the times of its frames.
+bench.yaml gives the name of the DBC file; the default is the name of the log with the suffix
+`.dbc`. Each message of the DBC becomes a table with the times of its frames.
 
     frames ──python-can──▶ (time, identifier, bytes) ──cantools, DBC──▶ signals of each message
 """
@@ -77,7 +77,7 @@ class MessageTable(LibraryTable):
     """Table of the frames of one CAN message.
 
     message: definition of the message in the DBC, an object of cantools.
-    identifier: identifier of the frames, and True if it is an extended identifier.
+    identifier: number of the identifier of the frames, and True if the identifier is extended.
     reader: name of the class of python-can that reads the file.
     """
 
@@ -172,10 +172,6 @@ def _unit(signal: Any) -> str | None:
 
 
 def _frames(path: Path, reader: str, losses: list[DataLoss] | None) -> Iterator[Any]:
-    """Yield the data frames of a log.
-
-    Damage raises LogError if `losses` is None; otherwise it is appended to `losses`.
-    """
     import can
 
     damage = _cut(path, reader)

@@ -1,4 +1,4 @@
-"""Table whose columns a library loads one by one, a range of rows at a time."""
+"""Table whose columns are loaded by a library; one call loads a range of rows of one column."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class SeriesTable(LibraryTable):
 
     rows: number of rows of every column.
     times: function that loads the times of a range of rows in ns; None if the file has no times.
-    damage: description of damage in the file; None if there is none.
+    damage: description of damage in the file; None if no damage was found.
     """
 
     rows: int
@@ -48,5 +48,5 @@ class SeriesTable(LibraryTable):
 
 
 def loaded(values: NDArray[Any]) -> Series:
-    """Return a function (Series) that returns a range of rows of an array in memory."""
+    """Return a function (Series) that returns a range of rows of the array `values`."""
     return lambda first, end: values[first:end]

@@ -1,6 +1,6 @@
 """Reading of the arrays in a MATLAB file of version 4.
 
-An array has a head of 20 bytes, a name, and its numbers, stored column by column.
+An array consists of a head of 20 bytes, a name, and the numbers, which are stored column by column.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class Mat4Header(NamedTuple):
     """Head of an array in a MATLAB file of version 4.
 
     order: byte order.
-    number: index in NUMBERS of the number type of the values.
-    kind: index in KINDS of the kind of the array.
+    number: index of the number type in the list NUMBERS.
+    kind: index of the kind of array in the list KINDS.
     shape: numbers of rows and columns.
     is_complex: True if an imaginary part follows the real part.
     name_bytes: length of the array's name in bytes.
@@ -59,7 +59,7 @@ class Mat4Header(NamedTuple):
 def looks_like(head: bytes) -> bool:
     """Return True if a file with the first bytes `head` may be a MATLAB file of version 4.
 
-    A head and a valid name must be at the start, because this version has no signature.
+    This version has no signature. Therefore the file must begin with a valid head and a valid name.
     """
     element = _head(head[:HEAD])
     return (
@@ -70,7 +70,8 @@ def looks_like(head: bytes) -> bool:
 def arrays(path: Path, size: int) -> Iterator[MatArray]:
     """Yield the arrays of a file of `size` bytes.
 
-    Raises ValueError if the file is truncated or damaged; a truncated array is yielded before.
+    Raises ValueError if the file is truncated or damaged. A truncated array is yielded before the
+    error.
     """
     position = 0
     with path.open("rb") as file:
@@ -107,10 +108,6 @@ def _array(path: Path, head: Mat4Header, name: str, start: int, size: int) -> Ma
 
 
 def _head(data: bytes) -> Mat4Header | None:
-    """Return the head of an array decoded from 20 bytes; None if the bytes are not a head.
-
-    The first integer is 1000 * byte order + 10 * number type + kind.
-    """
     if len(data) < HEAD:
         return None
     for code, order in ORDERS.items():

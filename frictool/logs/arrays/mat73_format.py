@@ -41,7 +41,7 @@ def sniff(head: bytes, path: Path) -> bool:
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return a table of all vectors of the file, followed by its MATLAB tables and timetables.
 
-    Vectors that are read together must have the same length.
+    All vectors that a log uses must have the same length.
     """
     open_log(path).close()
     return open_guarded(path, _open)
@@ -85,7 +85,6 @@ def _inside(prefix: str, group: Any, depth: int) -> Iterator[tuple[str, Any]]:
 
 
 def _item(name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
-    """Yield (path, item) of an array or of everything in a structure; a path is `runs(2).x`."""
     import h5py
 
     yield name, item
@@ -127,7 +126,8 @@ class HdfVector:
     """Vector in a dataset of HDF5.
 
     dataset: dataset of h5py.
-    index: index of the vector along each axis of the dataset; None for the axis along the vector.
+    index: position of the vector, as an index along each axis of the dataset; None for the axis
+        along which the vector extends.
     rows: number of values.
     """
 
@@ -142,10 +142,6 @@ class HdfVector:
 
 
 def _columns(name: str, dataset: Any) -> Iterator[tuple[str, HdfVector]]:
-    """Yield name and vector of each vector in a dataset.
-
-    The first axis in MATLAB is the last axis in HDF5.
-    """
     elsewhere = dataset.external is not None or dataset.is_virtual
     if (
         dataset.dtype.kind not in "iufb"
@@ -177,7 +173,7 @@ class HdfTable(LibraryTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield blocks of rows (see RawTable.blocks); stop at a block that cannot be decoded."""
+        """Yield blocks of rows (see RawTable.blocks) until a block cannot be decoded."""
         chosen = {name: self.columns[name] for name in wanted}
         rows = common_rows(self.source, {name: line.rows for name, line in chosen.items()})
         check_rows(self.source, self.size, rows, len(chosen))

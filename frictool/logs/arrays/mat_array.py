@@ -20,9 +20,9 @@ class MatrixLine(NamedTuple):
     """Column or row of a matrix, used as a column of a table.
 
     name: name such as `x(:,1)`.
-    first: index of the first value in the matrix, which is stored column by column.
+    first: index of the line's first value in the numbers of the matrix, column by column.
     rows: number of values.
-    stride: step of this index from one value to the next.
+    stride: difference of this index between consecutive values of the line.
     """
 
     name: str
@@ -38,8 +38,8 @@ class MatArray:
     name: path of the array in the file, such as `data.signals.values`.
     shape: size along each axis.
     kind: MATLAB class.
-    column: location of the numbers in the file, column by column; None if they are not real
-        numbers.
+    column: location of the numbers in the file, where they are stored column by column; None if the
+        array does not consist of real numbers.
     text: content of a char array; None for other arrays.
     """
 
@@ -93,5 +93,5 @@ def lines(name: str, shape: tuple[int, ...]) -> Iterator[MatrixLine]:
 
 
 def described(arrays: list[MatArray]) -> dict[str, str]:
-    """Return name -> description of the arrays that are not real vectors."""
+    """Return the name and a description of each array that is not a real vector."""
     return {array.name: str(array) for array in arrays if array.name not in dict(array.columns())}

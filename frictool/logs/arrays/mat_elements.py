@@ -3,11 +3,11 @@
 Some damaged files crash `scipy.io`. Therefore this module checks every length against the bytes
 available before it uses the length, and verifies the checksum of a compressed variable.
 
-A file is a head of 128 bytes, then elements: type (4 bytes), size (4 bytes) and content, padded to
-a multiple of 8 bytes. A variable is an element of type MATRIX, alone or inside an element of type
-COMPRESSED. The content of a MATRIX consists of elements: flags, shape, name, real part, imaginary
-part. The content of a structure or cell array consists of its fields or cells, which are MATRIX
-elements without a name.
+A file consists of a head of 128 bytes and a sequence of elements. An element consists of type (4
+bytes), size (4 bytes) and content, padded to a multiple of 8 bytes. A variable is an element of
+type MATRIX, which may be inside an element of type COMPRESSED. The content of a MATRIX consists of
+elements: flags, shape, name, real part, imaginary part. The content of a structure or cell array
+consists of its fields or cells, which are MATRIX elements without a name.
 """
 
 from __future__ import annotations
@@ -69,8 +69,8 @@ class MatTag:
 
     kind: type of the element.
     length: size of the content in bytes.
-    inline: content that is packed into the head; None if the content follows the head.
-    fill: padding bytes after the content.
+    inline: the content, if it is packed into the head; None if the content follows the head.
+    fill: number of padding bytes after the content.
     """
 
     kind: int
@@ -82,8 +82,9 @@ class MatTag:
 def arrays(path: Path, size: int) -> Iterator[MatArray]:
     """Yield the arrays of a file of `size` bytes in order.
 
-    Fields are named `name.field`, cells `name{1}`. Raises ValueError where the file is truncated or
-    damaged. A variable that is truncated inside its numbers is yielded before the error.
+    Fields are named `name.field`; cells are named `name{1}`. Raises ValueError where the file is
+    truncated or damaged. A variable that is truncated inside its numbers is yielded before the
+    error.
     """
     with path.open("rb") as file:
         order = ">" if file.read(HEAD_BYTES)[126:128] == b"MI" else "<"
@@ -163,7 +164,8 @@ class _MatVariableReader:
     def matrix(self, path: str, length: int, depth: int) -> Iterator[MatArray]:
         """Yield the arrays in a MATRIX element whose head has been read.
 
-        path: name of a field or cell; "" for a variable, whose name is in the element.
+        path: path of a field or cell. A variable has the path "", because its name is in the
+            element.
         length: size of the element's content in bytes.
         """
         end = self.stream.position + length

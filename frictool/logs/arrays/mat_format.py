@@ -1,7 +1,7 @@
 """Reader of MATLAB files of version 4 to 7.
 
-Each real vector is a column of the table, and so is each column of a real matrix. A vector in a
-structure is named by its path, such as `data.signals.values`. Version 7.3 is another file format
+Each real vector and each column of a real matrix becomes a column of the table. The name of a
+vector in a structure is its path, such as `data.signals.values`. Version 7.3 is another file format
 (mat73_format.py).
 """
 
@@ -33,8 +33,8 @@ def sniff(head: bytes, path: Path) -> bool:
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return a table of all vectors of the file, followed by its MATLAB tables and timetables.
 
-    Vectors that are read together must have the same length. Raises LogError if there is no vector.
-    Damage inside the vectors is reported when they are read.
+    All vectors that a log uses must have the same length. Raises LogError if the file has no
+    vector. Damage inside a vector is reported when the vector is read.
     """
     with open_log(path) as stream:
         head = stream.read(HEAD_BYTES)

@@ -1,7 +1,7 @@
 """Reader of tables and timetables in MATLAB files, with mat-io (extra `matlab`).
 
-The times of the rows are the row times, or a column of dates or durations. The units come from
-MATLAB's `VariableUnits`.
+The times of the rows are the row times of a timetable, or a column of dates or durations. The units
+come from MATLAB's `VariableUnits`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,10 @@ def can_read() -> bool:
 
 
 def open_objects(path: Path) -> Sequence[LibraryTable]:
-    """Return the tables and timetables of a file that contain numbers; runs in a child process."""
+    """Return the tables and timetables of a file that contain numbers.
+
+    mat-io may crash on a damaged file. Therefore this function runs in a child process.
+    """
     import matio
     import pandas
 

@@ -1,8 +1,9 @@
-"""Writer of streams as a MATLAB file of version 5, as MATLAB saves with the option -v6.
+"""Writer of streams as a MATLAB file of version 5, which MATLAB writes with the option -v6.
 
-The variables are `time`, a vector for each signal, such as `position`, and a structure `units`. If
-there are several streams, each is a structure in `streams`: `streams.axis.position`,
-`streams.axis.units.position`. The file has no date, so that the same log gives the same bytes.
+The variables are the vector `time`, a vector for each signal (such as `position`) and the structure
+`units`. If there are several streams, the structure `streams` contains a structure for each stream,
+for example `streams.axis.position` and `streams.axis.units.position`. The file has no date, so that
+the same log gives the same bytes.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Value = Vector | str | Mapping[str, "Value"]
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Write all streams, and the metadata records `notes` as structures of texts.
+    """Write all streams; write the metadata records `notes` as structures of texts.
 
     Raises OutputError if a variable is too long for MATLAB.
     """
@@ -42,7 +43,7 @@ def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> 
 def pieces(values: Mapping[str, Value]) -> Iterator[bytes]:
     """Yield the bytes of a MATLAB file with the variables `values`, in parts.
 
-    values: name -> text, structure, vector (n,), which is written as a column, or matrix (n, m).
+    values: name -> text, structure, vector (n,) or matrix (n, m). A vector is written as a column.
 
     Raises OutputError if a variable is too long for MATLAB.
     """

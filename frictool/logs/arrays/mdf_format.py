@@ -3,8 +3,8 @@ r"""Reader of ASAM MDF files (versions 2 to 4), with asammdf (extra `mdf`).
 Each channel group is a table; its master channel gives the times of the rows. The name of a column
 is the name of the channel in the file, such as `nAct\ETKC:1`; `GROUP/NAME` selects a name that
 occurs in several groups. Values are physical values. If the conversion of a channel gives texts,
-its raw numbers are used instead. A sample that is marked as invalid raises LogError; with
-`--salvage`, it becomes an empty cell.
+the raw numbers of this channel are used instead. A sample that is marked as invalid raises
+LogError; with `--salvage`, the sample becomes an empty cell.
 """
 
 from __future__ import annotations
@@ -119,10 +119,6 @@ def _group_name(index: int, group: Any) -> str:
 
 
 def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int | None) -> MdfTable:
-    """Return the table of a channel group.
-
-    end: size in bytes of a truncated file; None if the file is complete.
-    """
     version = int(file.version[0])
     group: Any = file.groups[index]
     count = Counter(channel.name for channel in group.channels)
@@ -179,7 +175,7 @@ class MdfChannel:
     """Channel of a channel group.
 
     index: index of the channel in the group.
-    raw: True if the raw numbers are used, because the conversion gives texts.
+    raw: True if the conversion gives texts, so that the raw numbers are used.
     """
 
     index: int
@@ -192,7 +188,7 @@ class MdfTable(LibraryTable):
 
     file: open file, an object of asammdf.
     group: index of the channel group.
-    start: start time of the file in ns since 1970.
+    start: start time of the file in ns since 1970-01-01.
     whole: number of complete records in a truncated file; None if the file is complete.
     """
 
@@ -208,7 +204,7 @@ class MdfTable(LibraryTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield blocks of rows (see RawTable.blocks); stop at a block that cannot be decoded."""
+        """Yield blocks of rows (see RawTable.blocks) until a block cannot be decoded."""
         readable = self.rows if self.whole is None else self.whole
         cut = f"the file is cut off; group {self.topic!r} has {readable} of {self.rows} samples"
         if self.whole is not None and losses is None:
@@ -236,10 +232,6 @@ class MdfTable(LibraryTable):
             losses.append(DataLoss((), cut, samples=self.rows - readable))
 
     def _read(self, name: str, first: int, n: int, losses: list[DataLoss] | None) -> Vector:
-        """Return n samples of a channel from sample `first` on, with NaN for invalid samples.
-
-        Raises LogError at an invalid sample if `losses` is None.
-        """
         values, invalid = self._samples(name, first, n)
         if invalid is None or not invalid.any():
             return values

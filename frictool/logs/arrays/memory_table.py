@@ -24,12 +24,12 @@ from frictool.typing import Vector
 class MemoryTable:
     """Table with columns in memory (implements RawTable).
 
-    columns: name -> numbers (n,).
-    units: name -> unit in the file, or None.
-    source, topic, clock: see RawTable.
+    columns: column name -> numbers (n,).
+    units: column name -> unit stated in the file; None if the file states none.
+    source, topic, clock: the same as in RawTable.
     time_ns: times (n,) of the rows in ns; None if the file gives no times.
     first_line: line of the first row in the file; None if the rows have no lines.
-    unreadable: name -> error at the first cell without a number, for columns with such cells.
+    unreadable: name of each column with cells that are not numbers -> error at the first such cell.
     """
 
     columns: Mapping[str, Vector]
@@ -52,7 +52,7 @@ class MemoryTable:
         return 8 * sum(values.size for values in self.columns.values())
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with this name or number (from 1), or None."""
+        """Return the name of the column whose name or number (from 1) is `wanted`, else None."""
         return find(self.names, wanted)
 
     def blocks(
@@ -77,11 +77,11 @@ class MemoryTable:
 def in_memory(
     table: RawTable, wanted: Sequence[str], most: int, losses: list[DataLoss] | None = None
 ) -> MemoryTable:
-    """Return the columns `wanted` of a table in memory, with about the first `most` rows.
+    """Read the columns `wanted` of a table into memory, up to the block with row `most`.
 
-    Whole blocks are read until there are at least `most` rows.
+    The result may have more than `most` rows, because blocks are not divided.
 
-    losses: list to which damage is added (see RawTable); None to raise LogError at damage.
+    losses: list to which damaged data is appended (see RawTable); None to raise LogError instead.
     """
     blocks = []
     rows = 0

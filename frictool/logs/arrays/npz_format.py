@@ -1,7 +1,7 @@
 """Reader of NumPy files (`.npy` and `.npz`); pickled objects are not loaded.
 
-Columns are vectors, columns of matrices and fields of structured arrays. The first vector of dates
-(`datetime64`) gives the times of the rows.
+Each vector, each column of a matrix and each field of a structured array becomes a column of the
+table. The first vector of dates (`datetime64`) gives the times of the rows.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ HEADS = {
 
 @dataclass(frozen=True)
 class NpyArray:
-    """Array in a `.npy` or `.npz` file, as its header describes it.
+    """Array in a `.npy` or `.npz` file, as the header of the array describes it.
 
     open: function that returns a stream of the header and the numbers.
     start: offset of the first number in that stream, in bytes.
@@ -108,7 +108,7 @@ class NpyArray:
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return True if the file is a NumPy array, or a zip archive that begins with one."""
+    """Return True if the file is a NumPy array, or a zip archive whose first member is one."""
     return head.startswith(NPY) or (
         head.startswith(ZIP)
         and head[30 : 30 + int.from_bytes(head[26:28], "little")].endswith(b".npy")
@@ -171,10 +171,7 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
 
 
 def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
-    """Return a stream of the bytes of one member of a zip archive.
-
-    If the member cannot be opened, the stream is empty and its `damage` states the reason.
-    """
+    """If the member cannot be opened, the stream is empty and its `damage` states the reason."""
     try:
         with zipfile.ZipFile(path) as archive:
             return ArchiveBytes(archive.open(member), member.file_size)
@@ -187,11 +184,6 @@ def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
 def _member(
     name: str, opened: Callable[[], ByteStream], size: int, damage: list[str]
 ) -> Iterator[NpyArray]:
-    """Yield the array in a stream of `size` bytes; yield nothing if its header cannot be read.
-
-    opened: function that opens the stream.
-    damage: list to which the reason is appended if the array cannot be read completely.
-    """
     with opened() as stream, warnings.catch_warnings():
         file = cast(IO[bytes], stream)
         warnings.simplefilter("ignore")  # warnings about Python 2's long integers and type aliases

@@ -1,4 +1,4 @@
-"""Writer of streams as NumPy arrays, to be loaded by `np.load(file)["position"]`.
+"""Writer of streams as NumPy arrays, which `np.load(file)["position"]` returns.
 
 If a log has several streams, the name of an array begins with the name of the stream, for example
 `axis_force.position`. Units and metadata records are stored as arrays of text.

@@ -46,7 +46,7 @@ def sniff(head: bytes, path: Path) -> bool:
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return the table of the file.
 
-    Raises LogError if the footer, which describes the columns, is damaged or missing.
+    Raises LogError if the footer is damaged or missing, because the footer describes the columns.
     """
     with open_log(path) as stream:
         stream.seek(-min(len(MAGIC), path.stat().st_size), 2)

@@ -6,8 +6,8 @@ On a damaged file, HDF5, Arrow and asammdf may crash, hang, or use all memory.
     tables(path)  ── open ──▶ the library's tables ──▶ their descriptions
     blocks(...)   ── open ──▶ the library's blocks ──▶ block, block, ... loss, ... end
 
-The child is killed if it uses more processor time for an answer than a file of this size can need.
-A crash of the child raises LogError in the parent, with a message of one line.
+The child is killed if one answer takes more processor time than a file of this size can need. If
+the child crashes, LogError is raised in the parent, with a message of one line.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ TEXT = 100  # maximum number of characters of a library's error text in a messag
 class LibraryTable:
     """Table of a file that a library has opened (implements RawTable); a subclass defines `blocks`.
 
-    columns: name -> column, an object that the subclass can read.
-    others: name -> description of each item that is not a column of numbers.
+    columns: name of each column -> object from which the subclass reads the column.
+    others: name of each item that is not a column of numbers -> description of the item.
     """
 
     source: str
@@ -60,7 +60,7 @@ class LibraryTable:
         self.size = Path(self.source).stat().st_size
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with this name or number (from 1), or None."""
+        """Return the name of the column whose name or number (from 1) is `wanted`, else None."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
@@ -81,8 +81,8 @@ Open = Callable[[Path], Sequence[LibraryTable]]
 class GuardedTable:
     """Table whose rows are read in a child process (implements RawTable).
 
-    others: name -> description of each item that is not a column of numbers.
-    opened: function that opens the file in the child and returns its tables.
+    others: name of each item that is not a column of numbers -> description of the item.
+    opened: function that opens the file in the child and returns the tables of the file.
     index: index of this table in the result of `opened`.
     """
 
@@ -97,10 +97,10 @@ class GuardedTable:
     index: int
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with this name or number (from 1), or None.
+        """Return the name of the column whose name or number (from 1) is `wanted`, else None.
 
-        `TOPIC/NAME` requests a column of this table only. Raises LogError if the item is not a
-        column of real numbers.
+        `TOPIC/NAME` requests a column of this table only. Raises LogError if `wanted` is an item
+        that is not a column of real numbers.
         """
         if (
             isinstance(wanted, str)
@@ -120,8 +120,8 @@ class GuardedTable:
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield blocks of rows (see RawTable.blocks).
 
-        If the library fails, LogError is raised; with a list `losses`, a loss is appended to this
-        list instead.
+        If the library fails, LogError is raised if `losses` is None; otherwise a loss is appended
+        to `losses`.
         """
         read = 0
         try:
@@ -147,9 +147,9 @@ class GuardedTable:
 
 
 def open_guarded(path: Path, opened: Open) -> tuple[GuardedTable, ...]:
-    """Return the tables that `opened(path)` returns in a child process.
+    """Call `opened(path)` in a child process and return the tables that it returns.
 
-    The rows of the tables are read in child processes, too. Raises LogError if the file cannot be
+    The rows of these tables are read in child processes, too. Raises LogError if the file cannot be
     opened.
     """
     for kind, *answer in _child(path, _tables, (opened,)):
@@ -236,7 +236,10 @@ def _child(
 
 
 def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
-    """Return True if an answer comes before the child has used `patience` [s] of processor time."""
+    """Wait for an answer of the child; return True if an answer has come.
+
+    Return False if the child uses `patience` [s] of processor time before it answers.
+    """
     begun = time.monotonic()
     used = _processor_time(pid)
     while not ours.poll(LOOK_S):

@@ -1,8 +1,8 @@
 """Reader of TDMS, the binary files of LabVIEW and DIAdem, with npTDMS (extra `tdms`).
 
 The channels of a group with the same start, increment and number of samples form a table. The times
-of the rows are computed from the waveform properties of the channels (start, increment). Without an
-increment, the times are those of the first channel of dates.
+of the rows are computed from the waveform properties of the channels (start, increment). If the
+channels have no increment, the first channel of dates gives the times.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Reading of an MDF file whose end is missing because its logger lost power.
 
 asammdf rejects such a file, although the file contains the heads and the first records. Therefore
-asammdf reads a `ZeroPaddedFile`, and only the records before the real end are used.
+the file is opened as a `ZeroPaddedFile`, and only the records before the real end are used.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class ZeroPaddedFile(io.BufferedIOBase):
 
 
 def records_before(group: Any, end: int) -> int:
-    """Return the number of records of an asammdf channel group before byte `end` of the file.
+    """Return how many records of an asammdf channel group lie before byte `end` of the file.
 
     Raises ValueError if the records are not stored in order in the file.
     """
@@ -83,7 +83,7 @@ def records_before(group: Any, end: int) -> int:
 def described_at(path: Path) -> int | None:
     """Return the offset of a missing or incomplete MDF block that describes channels.
 
-    The result is None if the file contains all these blocks completely. The file must be of
+    The result is None if the file contains all such blocks completely. The file must have MDF
     version 4.
     """
     size = path.stat().st_size

@@ -1,7 +1,7 @@
 """Reader of ULog, the log format of PX4, with pyulog (extra `ulog`).
 
-Each topic is a table, such as `esc_status`. A second instance of a topic is a separate table, such
-as `esc_status.1`. The field `timestamp` gives the times of the rows.
+Each topic (such as `esc_status`) is a table. A second instance of a topic is a separate table with
+a numbered name (such as `esc_status.1`). The field `timestamp` gives the times of the rows.
 """
 
 from __future__ import annotations

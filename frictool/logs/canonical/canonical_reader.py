@@ -1,8 +1,9 @@
 """Reader of the canonical log (mcap_layout.py) in the order of the file, with every CRC checked.
 
 A canonical log that another tool has rewritten can be read, too, if its messages are unchanged. The
-tool may have changed the chunks, put several streams into one chunk, compressed with lz4 or not at
-all, or omitted the chunks or the summary. An MCAP file with other messages raises LogError.
+tool may have changed the chunks, put several streams into one chunk, changed the compression to lz4
+or none, or omitted the chunks or the summary. An MCAP file with messages of another layout raises
+LogError.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ class CanonicalReader:
 
     path: name of the file for messages.
     stream: the open file.
-    lost: list to which unreadable data is appended; None: unreadable data raises LogError.
+    lost: list to which unreadable data is appended; None if unreadable data raises LogError.
     only: byte offsets of the chunks to decompress; None for all chunks.
     """
 
@@ -68,7 +69,7 @@ class CanonicalReader:
         """Yield the samples of all channels in the order of the file.
 
         Raises LogError if the file is damaged or not a canonical log, and OSError if the operating
-        system cannot read it.
+        system cannot read the file.
         """
         over = False  # True after the data section: no sample follows
         for item, done in contents(self._records, self._only):
@@ -158,7 +159,7 @@ class CanonicalReader:
             )
 
     def _of_one_channel(self, part: FileSection) -> ChannelSamples | None:
-        """Return the samples if all messages are valid and of one channel; else None."""
+        """Return the samples if all messages are valid and belong to one channel; else None."""
         data = part.data
         if len(data) <= RECORD_HEAD + 2 or data[0] != MESSAGE_OPCODE:
             return None
@@ -177,8 +178,8 @@ class CanonicalReader:
     def _mixed(self, part: FileSection) -> Iterator[ChannelSamples]:
         """Yield the samples of a section that contains invalid messages or several channels.
 
-        An invalid message in a complete chunk raises ValueError; in any other section it is
-        recorded as damage.
+        An invalid message in a complete chunk raises ValueError. An invalid message in any other
+        section is recorded as damage.
         """
         data = part.data
         bounds = record_bounds(data) if part.whole else whole_records(data)[0]
@@ -213,7 +214,7 @@ class CanonicalReader:
     def _taken(
         self, channel: DeclaredStream, records: Records, part: FileSection
     ) -> Iterator[ChannelSamples]:
-        """Yield those samples of one channel that are finite and increase in time."""
+        """Yield the samples of one channel whose values are finite and whose times increase."""
         time, values = _columns(records)
         if not np.isfinite(values).all():
             good = np.logical_and.reduce(np.isfinite(values))
@@ -272,7 +273,8 @@ class CanonicalReader:
     def _check_counts(self) -> None:
         """Compare the numbers of samples read with the file's statistics.
 
-        A difference raises LogError. With `--salvage`, it is recorded as lost samples instead.
+        A difference raises LogError. With `--salvage`, the missing samples are recorded as lost
+        instead.
         """
         counts = self._declarations.counts or {}
         samples = {

@@ -1,4 +1,4 @@
-"""Buffered reader of a file that computes the CRC of the bytes it has read."""
+"""Buffered reader of a file that computes the CRC of the returned bytes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ PIECE = 1 << 19  # bytes of the buffer
 
 
 class CountedBytes:
-    """Buffered reader of a file of `size` bytes, with a CRC of the bytes taken.
+    """Buffered reader of a file of `size` bytes that computes a CRC of the bytes `take` returned.
 
     offset: position in the file of the next byte.
 
@@ -25,7 +25,7 @@ class CountedBytes:
         self.offset = 0
 
     def take(self, length: int) -> bytes:
-        """Return the next `length` bytes, fewer at the end of the file."""
+        """Return the next `length` bytes, or all remaining bytes if fewer remain."""
         if self._place + length > self._end:
             length = min(length, self._size - self.offset)
             if length > PIECE:
@@ -44,7 +44,10 @@ class CountedBytes:
         return data
 
     def crc(self) -> int | None:
-        """Return the CRC of the bytes taken since `begin_crc`; None if `step_to` skipped bytes."""
+        """Return the CRC of the bytes read since `begin_crc`.
+
+        The result is None if `step_to` has been called since then.
+        """
         self._count(self._place)
         return self._crc
 
@@ -54,7 +57,10 @@ class CountedBytes:
         self._counted = self._place
 
     def step_to(self, offset: int) -> None:
-        """Move the read position to byte `offset` of the file; the CRC becomes undefined."""
+        """Move the read position to byte `offset` of the file.
+
+        The CRC is unknown until the next call of `begin_crc`.
+        """
         self._stream.seek(offset)
         self._place = 0
         self._end = 0

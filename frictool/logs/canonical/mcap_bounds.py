@@ -54,8 +54,8 @@ def record_bounds(data: bytes) -> RecordBounds:
 def whole_records(data: bytes) -> tuple[RecordBounds, int]:
     """Return the bounds of the records before the first invalid or incomplete record.
 
-    Also returns the index of the byte after the last of these records. The search also stops after
-    MOST_SHORT records that are shorter than SHORTEST.
+    The second result is the index of the byte after the last of these records. The search stops
+    after MOST_SHORT records that are shorter than SHORTEST.
     """
     uniform = _uniform(data)
     if uniform is not None:
@@ -84,7 +84,7 @@ def whole_records(data: bytes) -> tuple[RecordBounds, int]:
 
 
 def _uniform(data: bytes) -> RecordBounds | None:
-    """Return the bounds without a loop if all records have one opcode and length; else None."""
+    """Return the bounds if all records have the same opcode and length; else None."""
     if len(data) < RECORD_HEAD:
         return None
     opcode, length = _HEAD.unpack_from(data)

@@ -22,9 +22,11 @@ UNREADABLE = (McapError, struct.error, ValueError)  # errors that a damaged reco
 class McapDeclarations:
     """Collector of the declarations in the records of an MCAP file.
 
-    schemas, channels: by their numbers in the file.
+    schemas: schema number in the file -> schema.
+    channels: channel number in the file -> channel.
     metadata: record name -> key -> text.
-    counts: channel -> number of messages in the file's statistics; None until they are read.
+    counts: channel number -> number of its messages that the file's statistics state; None until
+        the statistics are read.
     """
 
     schemas: dict[int, Schema] = field(default_factory=dict)

@@ -28,8 +28,8 @@ def read_mcap(path: Path) -> Log:
     content of the file, not on the sizes that the file declares.
 
     Raises LogError if the file is missing, not MCAP, truncated or damaged (every CRC is checked).
-    The message gives the byte and the time up to which the file could be read. Raises LogError with
-    the name of the channel if the MCAP file is not a canonical log.
+    The message gives the byte and the time up to which the file could be read. If the MCAP file is
+    not a canonical log, the LogError names the channel.
     """
     with open_log(path) as stream:
         walk = CanonicalReader(path, stream)
@@ -63,7 +63,7 @@ def read_mcap(path: Path) -> Log:
 def write_mcap(log: Log, stream: BinaryIO) -> None:
     """Write a log as canonical MCAP to a binary stream.
 
-    Times are rounded to ns. MCAP allows no negative times: if a log starts before 0, all its times
+    Times are rounded to ns. MCAP allows no negative times. If a log starts before time 0, its times
     are shifted, and `read_mcap` removes the shift.
 
     Raises LogError if a stream is empty, a value is not finite, or times do not increase by at

@@ -1,4 +1,4 @@
-"""Data losses of a damaged canonical log: stream, times and number of samples of each loss."""
+"""Record of the samples that are lost in a damaged canonical log."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frictool.logs.canonical.mcap_sections import FileSection
 class CanonicalLoss(NamedTuple):
     """Samples that could not be read.
 
-    reason: why they could not be read.
+    reason: why the samples could not be read.
     channel: channel that lost the samples; None if any channel may have lost samples.
     first, last: times in ns, as stored in the file, between which samples are lost; None if
         unknown.
@@ -25,9 +25,9 @@ class CanonicalLoss(NamedTuple):
 
 
 class MissingSamples:
-    """Recorder that appends losses to the list `lost`.
+    """Recorder that appends each loss of samples to the list `lost`.
 
-    A loss lasts until the next sample that can be read.
+    A loss of unknown length lasts until the next sample that can be read.
     """
 
     def __init__(self, lost: list[CanonicalLoss]) -> None:
@@ -40,7 +40,7 @@ class MissingSamples:
         If the section is a chunk with message indexes after it, the indexes give the number and the
         times of the samples.
 
-        last: time of the last sample before the section, in ns; None if there is none.
+        last: time of the last sample before the section, in ns; None if no sample precedes.
         size: size of the file in bytes.
         """
         # the damage that makes the CRC of a section wrong has been recorded already
@@ -66,7 +66,7 @@ class MissingSamples:
             self._endless = None
 
     def check(self, counts: dict[int, int], samples_read: dict[int, int]) -> None:
-        """Complete the losses with the numbers of samples that the file's statistics count.
+        """Complete the losses with the numbers of samples that the file's statistics state.
 
         The statistics may count samples that are neither read nor recorded as lost. If exactly one
         loss has an unknown number of samples, these samples are assigned to it. Otherwise they are

@@ -51,9 +51,9 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) ->
 
 
 def shift_ns(path: Path, metadata: Metadata) -> int:
-    """Return the shift in ns that was added to every time, 0 if none was added.
+    """Return the shift in ns that the writer added to every time; 0 if the times were not shifted.
 
-    Raises LogError if the metadata is not an integer.
+    Raises LogError if this entry of the metadata is not an integer.
     """
     return _nanoseconds(path, metadata, SHIFT_KEY) or 0
 
@@ -61,7 +61,7 @@ def shift_ns(path: Path, metadata: Metadata) -> int:
 def epoch_ns(path: Path, metadata: Metadata) -> int | None:
     """Return the clock time in ns at time 0 of the log, or None if the log has no clock.
 
-    Raises LogError if the metadata is not an integer.
+    Raises LogError if this entry of the metadata is not an integer.
     """
     return _nanoseconds(path, metadata, EPOCH_KEY)
 
@@ -74,7 +74,7 @@ def _nanoseconds(path: Path, metadata: Metadata, key: str) -> int | None:
 
 
 def notes(metadata: Metadata) -> Metadata:
-    """Return the metadata records except units and time shift, which the streams contain."""
+    """Return the metadata records except the units and the time shift."""
     clocks = {key: text for key, text in metadata.get(TIME, {}).items() if key != SHIFT_KEY}
     others = {name: entries for name, entries in metadata.items() if name not in (UNITS, TIME)}
     return {**others, **({TIME: clocks} if clocks else {})}

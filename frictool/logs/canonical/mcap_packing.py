@@ -36,10 +36,10 @@ _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
 
 class ChunkSamples(NamedTuple):
-    """Samples of one stream that become a chunk.
+    """Samples of one stream that are packed into one chunk.
 
     stream: index of the stream.
-    before: number of samples of this stream in earlier chunks.
+    before: number of samples of this stream that earlier chunks contain.
     time: times (n,) in ns.
     values: one vector (n,) for each field.
     """
@@ -51,12 +51,12 @@ class ChunkSamples(NamedTuple):
 
 
 class PackedChunk(NamedTuple):
-    """Chunk record and the message index record that follows it.
+    """Chunk record, and the message index record that follows the chunk record.
 
     channel: channel number of the stream.
     span: times of the first and the last sample in ns.
     record: bytes of the chunk record.
-    behind: bytes of the message index record.
+    behind: bytes of the message index record, which follows the chunk record.
     sizes: compressed and uncompressed size of the chunk's content in bytes.
     """
 
@@ -85,7 +85,7 @@ class ChunkPacker:
         self._compressor = zstandard.ZstdCompressor(compression_params=COMPRESSION)
 
     def packed(self, chunk: ChunkSamples) -> PackedChunk:
-        """Return the chunk and its message index for the samples."""
+        """Return the chunk that contains the samples, and the message index of the chunk."""
         channel = chunk.stream + 1
         time = chunk.time
         n = chunk.time.size

@@ -28,7 +28,7 @@ def open_mcap(
     """Return the streams of a canonical log, its metadata records and its losses.
 
     The whole file is read and checked. Raises LogError if the file is missing, damaged or not
-    canonical. If `salvage` is True, a damaged file raises LogError only if nothing can be read.
+    canonical. If `salvage` is True, damage raises LogError only if nothing can be read.
     """
     lost: list[CanonicalLoss] | None = [] if salvage else None
     chunks: dict[int, set[int]] = {}
@@ -75,7 +75,7 @@ class CanonicalStream:
     number: channel number.
     chunks: byte offsets of the chunks with samples of the stream.
     shift: time in ns that the writer added to every time.
-    epoch: clock time in ns at time 0 of the log; None without a clock.
+    epoch: clock time in ns at time 0 of the log; None if the log has no clock.
     """
 
     source: str

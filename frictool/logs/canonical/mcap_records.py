@@ -2,7 +2,7 @@
 
     file ──▶ FileRecord, FileRecord, DamagedBytes, FileRecord, LooseMessages, ...
 
-DamagedBytes stands for bytes that are no valid record, for a wrong CRC, and for a missing end of
+A DamagedBytes object reports bytes that are not a valid record, a wrong CRC, or a missing end of
 the file. Reading continues at the next position where a record seems to begin.
 """
 
@@ -41,7 +41,7 @@ _KINDS = frozenset(int(opcode) for opcode in Opcode)
 
 
 class FileRecord(NamedTuple):
-    """Record at byte `offset` of the file, with its kind (`opcode`) and body."""
+    """Record of kind `opcode` that begins at byte `offset` of the file."""
 
     opcode: int
     body: bytes
@@ -58,8 +58,9 @@ class LooseMessages(NamedTuple):
 class DamagedBytes(NamedTuple):
     """Bytes `start` to `end` of the file that cannot be read, and the reason.
 
-    rest: beginning of a chunk that is cut off by the end of the file; else empty.
-    bare: True if only the head of a chunk is lost; the records of the chunk then follow one by one.
+    rest: beginning of a chunk whose end is missing at the end of the file; else empty.
+    bare: True if only the head of a chunk is lost. The records of the chunk are then yielded one by
+        one.
     """
 
     start: int
@@ -157,7 +158,9 @@ class FileRecords:
     def _wrong_crc(self, opcode: int, head: bytes, body: bytes, before: int | None) -> str | None:
         """Return a text if the CRC of the data section or the summary is wrong; else None.
 
-        before: CRC of the bytes before the record; None if unknown. A stored CRC of 0 means no CRC.
+        A stored CRC of 0 is not checked.
+
+        before: CRC of the bytes before the record; None if unknown.
         """
         if len(body) < 4:
             return None
@@ -176,7 +179,8 @@ class FileRecords:
     def _stepped_over(self, start: int, opcode: int, length: int) -> DamagedBytes:
         """Skip to the next valid record and return the skipped bytes as damaged.
 
-        The search begins inside the last message, because the length of this message may be wrong.
+        The search begins inside the last message if a message was read last, because its length may
+        be wrong.
         """
         record = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
         self._doubtful = None
@@ -215,7 +219,8 @@ class FileRecords:
     def _begins(self, at: int) -> bool:
         """Return True if a record seems to begin at byte `at`.
 
-        The lengths in the record must agree, and another record or the end of the file must follow.
+        The lengths in the record must be consistent, and another record or the end of the file must
+        follow.
         """
         self._stream.seek(at)
         data = self._stream.read(RECORD_HEAD + PEEKED)
@@ -243,7 +248,8 @@ def _is_header(body: bytes) -> bool:
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
     """Return True if the lengths inside a body agree with the record's length.
 
-    The result is False for a kind of record without lengths, because reading cannot resume there.
+    The result is False for a kind of record that contains no lengths, because reading is not
+    resumed at such a record.
     """
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
         start, end, _, _, name = _CHUNK.unpack_from(body)

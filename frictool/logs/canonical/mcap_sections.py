@@ -2,7 +2,7 @@
 
     FileRecords ──▶ FileRecord, FileSection, FileSection, FileRecord, ...
 
-A second thread decompresses the chunks and checks their CRCs, some megabytes ahead of the reader.
+A second thread decompresses the chunks and checks their CRCs, a few megabytes before they are read.
 """
 
 from __future__ import annotations
@@ -39,10 +39,11 @@ class FileSection:
 
     data: consecutive records.
     reason: why a part of the section cannot be read; "" if the whole section can be read.
-    whole: True if `data` is the complete content of chunks. An invalid record then makes all
-        records doubtful, because each record is located by the lengths of the records before it.
+    whole: True if `data` is the complete content of one or several chunks. An invalid record then
+        makes all records doubtful, because the position of a record follows from the lengths of the
+        earlier records.
     empty: True if the unreadable part contained no message.
-    packed: compressed content of a chunk, or its beginning, before decompression.
+    packed: compressed content of a chunk, or the beginning of this content, before decompression.
     joined: consecutive chunks whose records are joined in `data`.
     indexes: bodies of the message index records after the chunk.
     """
@@ -94,7 +95,6 @@ def contents(
 def _parts(
     records: FileRecords, only: frozenset[int] | None
 ) -> Iterator[tuple[FileRecord | FileSection, int]]:
-    """Yield records and sections in order; a section includes the message indexes after it."""
     part = None
     end = 0
     kept = 0
@@ -130,7 +130,7 @@ def _parts(
 def _batches(
     parts: Iterable[tuple[FileRecord | FileSection, int]], budget: UnpackedBudget
 ) -> Iterator[tuple[list[tuple[FileRecord | FileSection, int]], int]]:
-    """Yield batches of records and sections, each with its unpacked size in bytes.
+    """Yield batches of records and sections; each batch comes with its unpacked size in bytes.
 
     A large chunk forms its own batch. A chunk beyond the budget is not unpacked.
     """

@@ -1,4 +1,4 @@
-"""Streams of a canonical log as its channels declare them, and blocks of their samples."""
+"""Streams that the channels of a canonical log declare, and blocks of samples of these streams."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class DeclaredStream:
 
     number: channel number.
     samples: number of samples read so far.
-    last: time in ns, as stored, of the last sample read; None before the first sample.
+    last: time of the last sample read, in ns as stored in the file; None before the first sample.
     """
 
     number: int
@@ -60,7 +60,7 @@ class DeclaredStream:
         self._head = head.view(self._heads)[0]
 
     def are_mine(self, records: Records) -> bool:
-        """Return True if all records are messages of this channel with the layout of its fields."""
+        """Return True if all records are messages of this channel with the layout of its schema."""
         heads = records.view(self._heads)
         return all(bool((heads[name] == self._head[name]).all()) for name in _WORDS)
 
@@ -78,7 +78,7 @@ class ChannelSamples(NamedTuple):
 
 
 def axis_fields(channel: Channel, schema: Schema | None) -> tuple[str, ...] | None:
-    """Return the field names of a channel; None if it is not a channel of a canonical log."""
+    """Return the field names of a channel; None if the channel is not one of a canonical log."""
     text = schema.data.decode() if schema is not None and schema.encoding == SCHEMA_ENCODING else ""
     fields = schema_fields(text)
     return (

@@ -54,9 +54,10 @@ class CanonicalWriter:
     """Writer of the head, the chunks and the summary of a log.
 
     stream: binary output, which may be a pipe.
-    heads: headers of the streams; `chunk` identifies a stream by its index in `heads`.
+    heads: headers of the streams. The method `chunk` identifies a stream by its index in `heads`.
     metadata: additional metadata records, name -> key -> text.
-    shift_ns: time in ns added to every time, so that no time is negative; readers subtract it.
+    shift_ns: time in ns that is added to every time so that no time is negative. Readers subtract
+        this shift.
     """
 
     def __init__(
@@ -186,8 +187,9 @@ def write_streams(
 ) -> None:
     """Write the chunks of all streams in order of time, then the end of the file.
 
-    streams: blocks of samples of each stream; the writer adds its shift to their times in ns.
-    last: function that returns the metadata records known only after all samples have been read.
+    streams: blocks of samples of each stream. The writer adds its shift to the times in ns.
+    last: function that is called after all samples have been read, and returns additional metadata
+        records.
     """
     for index, piece in merged(streams):
         writer.chunk(index, piece.time + writer.shift_ns, piece.values)

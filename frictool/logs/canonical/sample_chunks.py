@@ -16,9 +16,9 @@ CHUNK_BYTES = 4_000_000  # maximum bytes of a chunk; a fast log has several in C
 
 
 def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
-    """Yield the samples of a stream in chunks of CHUNK_NS of time each, from the first sample on.
+    """Yield the samples of a stream in chunks that each cover CHUNK_NS of time.
 
-    A chunk with more than CHUNK_BYTES is divided.
+    A chunk that is larger than CHUNK_BYTES is divided.
     """
     pending: list[SampleBlock] = []  # parts of the current chunk
     # number of samples that still fit into the chunk; its end [ns]; largest number of its samples

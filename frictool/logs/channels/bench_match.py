@@ -1,8 +1,8 @@
 """Comparison of a canonical log with bench.yaml, which may have changed since the log was made.
 
-A canonical log contains units, times and often an effort that was computed with the actuator
-constant that bench.yaml had at `ingest`. The units and the sample period are compared with the
-present bench.yaml. A computed effort is computed again from the drive signal (current or voltage).
+The units and the sample period of the log are compared with the present bench.yaml. The effort in
+the log may have been computed from the drive signal (current or voltage), with the actuator
+constant that bench.yaml had during `ingest`. Such an effort is computed again.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ SAME_CONSTANT = 1e-6  # relative difference up to which the actuator constant is
 def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
     """Return the log with the effort recomputed from the actuator constant in bench.yaml.
 
-    Only the effort of the main stream is recomputed, and only if it was not measured. Warnings
-    about the log and about a changed constant are added to `log.warnings`.
+    Only the effort of the main stream is recomputed, and only if this effort was not measured.
+    Warnings about the log and about a changed constant are appended to the warnings of the result.
 
-    Raises LogError if a unit belongs to the other kind of axis (rotary or linear), if the position
-    wraps, or if the sample periods of log and bench.yaml differ by more than a factor of 30. If
-    `same_period` is True, they may differ by at most 20 %.
+    Raises LogError if a unit belongs to a rotary axis but the axis of the bench is linear (or the
+    reverse), if the position wraps, or if the sample periods of the log and of bench.yaml differ by
+    more than a factor of 30. If `same_period` is True, the periods may differ by at most 20 %.
     """
     stream = log.main
     _check_units(log, stream, bench)
@@ -97,10 +97,11 @@ def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
 
 
 def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
-    """Return False if the effort was computed from the drive signal, True if measured or missing.
+    """Return False if the effort was computed from the drive signal, else True.
 
-    The metadata record `columns`, which `ingest` writes, decides. Without this record, the effort
-    is treated as measured if it is not a multiple of the drive signal.
+    The metadata record `columns`, which `ingest` writes, shows whether the effort was computed. If
+    this record is missing, the effort is treated as measured unless it is a multiple of the drive
+    signal.
     """
     if EFFORT not in stream.signals:
         return True

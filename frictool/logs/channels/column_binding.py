@@ -1,6 +1,6 @@
 """Assignment of the channels in bench.yaml to the tables of a raw file.
 
-Each table with the column of a channel becomes a stream.
+Each table that contains the column of a channel becomes a stream.
 """
 
 from __future__ import annotations
@@ -31,17 +31,19 @@ def bind(
 ) -> list[ChannelMapper]:
     """Return the streams of a raw file.
 
-    The table with the position becomes `/axis`. If no table has the position, the first table with
-    a channel becomes `/axis`. The other tables with a channel become `/axis/NAME`.
+    The table that contains the position becomes `/axis`. If no table contains the position, the
+    first table that contains a channel becomes `/axis`. All other tables that contain a channel
+    become `/axis/NAME`.
 
-    stem: "" for the first file of a log. For any other file, its name without suffix: the file's
-        first stream becomes `/axis/STEM`, its other streams `/axis/STEM_NAME`.
+    stem: "" for the first file of a log; the file name without suffix for any other file. The first
+        stream of any other file becomes `/axis/STEM`; its remaining streams become
+        `/axis/STEM_NAME`.
     taken: topics already in use.
     lost: list to which a channel is added if its column is in the missing part of a truncated file;
         None to raise LogError instead.
 
-    Raises LogError if bench.yaml maps no channel, if a table has no time, or if a column is
-    missing, is in several tables, or has a unit that contradicts bench.yaml.
+    Raises LogError if bench.yaml maps no channel, or if a table has no time. Also raises LogError
+    if a column is missing, is in several tables, or has a unit that contradicts bench.yaml.
     """
     source = tables[0].source
     if not bench.columns.keys() - {TIME}:
@@ -127,10 +129,10 @@ def _time(table: RawTable, bench: Bench) -> ChannelColumns:
 
 
 def topic_for(stem: str, name: str, taken: Collection[str]) -> str:
-    """Return `/axis`, `/axis/STEM`, `/axis/NAME` or `/axis/STEM_NAME`, as ROS 2 allows it.
+    """Return the topic `/axis`, `/axis/STEM`, `/axis/NAME` or `/axis/STEM_NAME` of a stream.
 
-    Characters that ROS 2 does not allow are replaced by `_`. A number is appended if the topic is
-    already in use.
+    Characters that ROS 2 does not allow are replaced by `_`. If the topic is already in use, a
+    number is appended.
     """
     words = re.sub(r"[^A-Za-z0-9]+", "_", "_".join(filter(None, (stem, name)))).strip("_")
     topic = (

@@ -1,4 +1,4 @@
-"""Choice of the column and the unit of each channel, with questions if the file does not decide.
+"""Choice of the column and the unit of each channel; the user is asked if the file does not decide.
 
     fit       a column fits a channel if its unit has the channel's dimension and its name denotes
               the quantity; if no name denotes the quantity, the unit suffices
@@ -7,8 +7,9 @@
     unit      the unit in the file, else the unit at the end of the name; a question if both are
               missing
 
-Three kinds of units are inferred. Joint states of ROS recordings are in SI. Integers in a column
-that is named after an encoder are counts. Times with steps of at most 0.02 are in seconds.
+Three missing units are inferred without a question. Joint states of ROS recordings are in SI.
+Integers in a column that is named after an encoder are counts. Times with steps of at most 0.02 are
+in seconds.
 """
 
 from __future__ import annotations
@@ -84,7 +85,8 @@ class OfferedColumn:
 
     name: name of the column.
     table: table with the column.
-    preset: entry for the column in the preset of the log (logger_presets.py), or None.
+    preset: entry for the column in the preset of the log (logger_presets.py); None if there is no
+        such entry.
     """
 
     name: str
@@ -110,8 +112,9 @@ class OfferedColumn:
 class ColumnChoice:
     """Column and unit chosen for a channel.
 
-    column, unit: the choice; OPEN if `questions` asks the user for it.
-    table: table with the first of `columns`.
+    column: name of the chosen column; OPEN if `questions` asks the user for the column.
+    unit: chosen unit; OPEN if `questions` asks the user for the unit.
+    table: table that contains the first element of `columns`.
     columns: columns that fit the channel equally well.
     questions: questions to the user about the column and the unit.
     """
@@ -182,8 +185,8 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
 def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnChoice]) -> bool:
     """Return True if a channel can be left out, so that the user need not answer a question.
 
-    An effort is needed only if the file has neither current nor voltage. A temperature is never
-    needed.
+    A channel `effort` is needed only if the file has neither current nor voltage. A temperature is
+    never needed.
     """
     if channel == EFFORT:
         return choice.column == OPEN and any(name in chosen for name in DRIVES)
@@ -191,7 +194,10 @@ def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnCho
 
 
 def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
-    """Return the choice with a question: a log without motion cannot confirm the drive signal."""
+    """Return the choice with an additional question about the drive signal.
+
+    A log without motion cannot confirm that the signal is the effort of the drive.
+    """
     question = ColumnQuestion(
         channel,
         "column",
@@ -204,8 +210,8 @@ def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
 def changes(values: Vector) -> bool:
     """Return True if the numbers in a column (n,) are not all equal.
 
-    Cells without a number are ignored, so that a damaged cell does not affect the choice between
-    the columns of several joints.
+    Cells that contain no number are ignored, so that a damaged cell does not affect the choice of
+    the joint.
     """
     return bool(np.ptp(values[np.isfinite(values)]) > 0.0)
 
@@ -275,7 +281,6 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
 
 
 def _doubt(channel: str, one: OfferedColumn) -> str | None:
-    """Return why the only column that fits a channel may be another signal; None if certain."""
     named = quantities(one.name)
     if len(named) > 1 and one.unit is None and one.preset is None:
         return f"its name says {' or '.join(named)}; move the line to the right channel"
@@ -291,7 +296,6 @@ def _doubt(channel: str, one: OfferedColumn) -> str | None:
 
 
 def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQuestion | None]:
-    """Return (unit, None), or (OPEN, question) if the unit of the column is unknown."""
     if one.unit is not None:
         return (COUNT if is_count(one.unit) else one.unit), None
     dimension = dimension_of(channel)
@@ -321,13 +325,13 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
 
 
 def _repeats(one: OfferedColumn, other: OfferedColumn, channel: str) -> bool:
-    """Return True if two columns have equal values and names; for times, equal values suffice."""
+    """Return True if two columns have equal names and values; for times, equal values suffice."""
     named = channel == TIME or without_number(one.name) == without_number(other.name)
     return named and np.array_equal(one.values, other.values, equal_nan=True)
 
 
 def _counts_rows(one: OfferedColumn) -> bool:
-    """Return True if a column is an x-axis: named `x`, without a unit, with equal steps."""
+    """Return True if a column `x` without a unit has equal steps, as a row number has."""
     if one.unit is not None or one.name.lower() != "x" or one.values.size < FEWEST_STEPS:
         return False
     steps = np.diff(one.values)

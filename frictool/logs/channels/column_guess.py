@@ -55,14 +55,14 @@ MOST_ROWS = 1 << 18  # maximum number of rows read
 class ColumnGuess:
     """Channels, sample period and encoder step guessed from a file.
 
-    columns: channel -> (column, unit), each of them OPEN if `questions` asks for it.
-    left: columns that are not used, because they cannot be read, they fit no channel or another
-        column fits better.
-    unreadable: column of `left` -> reason why it cannot be read.
+    columns: channel -> (column, unit). The column or the unit is OPEN if `questions` asks for it.
+    left: names of the columns that are not used. Such a column cannot be read, fits no channel, or
+        fits less well than another column.
+    unreadable: column of `left` -> reason why this column cannot be read.
     period: sample period in s; None if unknown.
     step: encoder step in rad or m; None if unknown.
     questions: questions to the user about columns and units.
-    preset: title of the preset that gave units (logger_presets.py), or None.
+    preset: title of the preset (logger_presets.py) from which units were taken, or None.
     """
 
     axis: Axis
@@ -80,7 +80,10 @@ class ColumnGuess:
 
     @property
     def drive(self) -> Literal["current", "voltage"] | None:
-        """Return "current" or "voltage", whichever the file has (current first), or None."""
+        """Return "current" or "voltage", whichever channel the file has; None if it has neither.
+
+        If the file has both, the result is "current".
+        """
         return (
             "current"
             if "current" in self.columns
@@ -161,7 +164,8 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
 def _start(table: RawTable) -> MemoryTable | None:
     """Return the first rows of a table; None if the table has no column with numbers.
 
-    In a column that is not readable, cells without a number are NaN. Empty columns are left out.
+    If a column contains cells that are not numbers, these cells are NaN. Empty columns are left
+    out.
     """
     first, _ = next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
     if first is None:
@@ -262,7 +266,7 @@ def _reason(error: LogError) -> str:
 
 
 def _message(error: LogError) -> str:
-    """Return the message of an error without file, line and the advice to use `--salvage`."""
+    """Return the text of an error without file name, line number and advice on `--salvage`."""
     where = error.path if error.line is None else f"{error.path}:{error.line}"
     return str(error).removeprefix(f"{where}: ").removesuffix(f"; {SALVAGE}")
 
@@ -276,7 +280,8 @@ def _liveliest_first(table: MemoryTable) -> list[str]:
 def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
     """Return the kind of axis from the units of positions and velocities, else from the names.
 
-    The result is None if units and names do not indicate the kind or contradict each other.
+    The result is None if the units and names do not indicate the kind, or if they contradict each
+    other.
     """
     units = [
         unit for table in tables for unit in table.units.values() if unit and not is_count(unit)

@@ -65,9 +65,9 @@ def words(name: str) -> list[str]:
 
 
 def quantities(name: str) -> list[str]:
-    """Return the channels that the clearest word of a column name can mean.
+    """Return the channels that the clearest word of a column name may denote.
 
-    The result is empty if no word means a channel, and has several channels if the word is
+    The result is empty if no word denotes a channel. It has several channels if the word is
     ambiguous.
 
     >>> quantities("q_current"), quantities("TorqueCur")
@@ -93,7 +93,7 @@ def quantities(name: str) -> list[str]:
 def clarity(name: str) -> int:
     """Return the level in QUANTITIES of the clearest word of a column name; 0 is the clearest.
 
-    The result is len(QUANTITIES) if no word means a channel.
+    The result is len(QUANTITIES) if no word denotes a channel.
     """
     name_words = {*words(name), "".join(words(name))}
     levels = (set("|".join(level.values()).split("|")) for level in QUANTITIES)
@@ -103,7 +103,7 @@ def clarity(name: str) -> int:
 
 
 def is_no_signal(name: str) -> bool:
-    """Return True if a name means a supply, a limit or an error, and thus no channel.
+    """Return True if a name denotes a supply, a limit or an error, which are no channels.
 
     >>> is_no_signal("Ori_err_norm_rad"), is_no_signal("3V3"), is_no_signal("angle")
     (True, True, False)
@@ -112,7 +112,7 @@ def is_no_signal(name: str) -> bool:
 
 
 def is_command(name: str) -> bool:
-    """Return True if a column name means a command instead of a measurement."""
+    """Return True if a column name denotes a command instead of a measurement."""
     return any(map(_COMMAND.fullmatch, words(name)))
 
 
@@ -126,7 +126,7 @@ def without_number(name: str) -> str:
 
 
 def is_connector(name: str) -> bool:
-    """Return True if a name means a connector of an instrument instead of a signal.
+    """Return True if a name denotes a connector of an instrument instead of a signal.
 
     >>> is_connector("CH1"), is_connector("Channel B"), is_connector("current")
     (True, True, False)
@@ -135,14 +135,14 @@ def is_connector(name: str) -> bool:
 
 
 def unit_in(name: str) -> str | None:
-    """Return the unit at the end of a column name of more than one word, or None.
+    """Return the unit at the end of a column name with several words, else None.
 
     >>> unit_in("measured_velocity_deg_s"), unit_in("timestamp_ms")
     ('deg/s', 'ms')
     >>> unit_in("torque_Nm"), unit_in("pos_estimate")
     ('N m', None)
 
-    A single A or V is a unit only after the name of a current or voltage, and otherwise a label.
+    A single A or V is a unit only after the name of a current or voltage. Otherwise it is a label.
 
     >>> unit_in("motor_current_A"), unit_in("Phase A")
     ('A', None)

@@ -7,8 +7,8 @@
              each pulse, `start` changes by a whole number of revolutions. This restores the counts
              lost since the previous pulse.
 
-If a corrected step is too long for the top speed, the counter has skipped counts. The sign of the
-skipped counts is unknown. Therefore such a step is not corrected, but counted as a jump.
+If a step is too long for the top speed after this correction, the counter has skipped counts. The
+sign of the skipped counts is unknown. Therefore the step is left as it is and counted as a jump.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ EXTENDED = (16, 24, 32)
 
 
 def outside(raw: Vector, bits: int) -> int | None:
-    """Return the index of the first value that a counter of `bits` bits cannot show, or None.
+    """Return the index of the first value outside the range of a counter; None if there is none.
 
-    raw: counter values (n,). Signed, unsigned and sign-extended values are allowed.
+    raw: values (n,) of a counter of `bits` bits. Signed, unsigned and sign-extended values are
+        allowed.
     """
     modulus = 2.0**bits
     fits = (raw >= -modulus / 2.0) & (raw < modulus)
@@ -38,9 +39,10 @@ def outside(raw: Vector, bits: int) -> int | None:
 
 
 def folded(raw: Vector, bits: int, signed: bool) -> Vector:
-    """Return counts (n,) as a counter of `bits` bits shows them.
+    """Return the counts `raw` (n,), shifted into the range of a counter of `bits` bits.
 
-    The range is [-2^(b-1), 2^(b-1)) if signed, else [0, 2^b).
+    The shift is a multiple of 2^bits. The range is [-2^(bits-1), 2^(bits-1)) if `signed`, else [0,
+    2^bits).
     """
     low = -(2.0 ** (bits - 1)) if signed else 0.0
     return np.asarray(np.mod(raw - low, 2.0**bits) + low)
@@ -110,7 +112,7 @@ class EncoderCounter:
     def _reset(
         self, steps: Vector, raw: Vector, limit: Vector, long: NDArray[np.bool_]
     ) -> NDArray[np.bool_]:
-        """Remove the jumps that index pulses cause from `steps` (n,) in place.
+        """Subtract the jumps that index pulses cause from `steps` (n,), in place.
 
         Returns a mask (n,) of the steps that remain too long.
         """

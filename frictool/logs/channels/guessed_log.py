@@ -27,7 +27,7 @@ GIVE = "give --bench bench.yaml (`frictool ingest --guess` proposes one)"
 
 @dataclass(frozen=True)
 class GuessedLog:
-    """Log of a raw file, with the guess of its columns."""
+    """Log of a raw file, and the guess which of its columns are which channels."""
 
     log: Log
     guess: ColumnGuess
@@ -36,8 +36,8 @@ class GuessedLog:
 def guess_log(path: Path, layout: Layout | None = None) -> GuessedLog:
     """Return a log of the first rows of a raw file, in the units of the file.
 
-    If the file has several tables, the table with the position is read or, without a position, the
-    table with another channel.
+    If the file has several tables, the table that contains the position is read. If no table
+    contains a position, a table that contains another channel is read.
 
     layout: layout of the file; None to detect it.
 
@@ -90,8 +90,8 @@ def _lost(
 ) -> list[DataLoss]:
     """Return a loss for each group of successive rows that are left out.
 
-    The array `rows` (n,) is True for the rows kept. A loss names the columns without numbers, and
-    the times of the rows before and after the group.
+    The array `rows` (n,) is True for the rows that are kept. A loss states which columns lack
+    numbers, and the times of the rows before and after the group.
     """
     lost = LossList()
     edges = np.flatnonzero(np.diff(rows.astype(np.int8), prepend=1, append=1))

@@ -15,12 +15,14 @@ from frictool.logs.canonical.mcap_layout import NS
 
 @dataclass(frozen=True)
 class InstrumentBench:
-    """Bench document for the files of one instrument.
+    """Bench with the keys that apply to the files of one instrument.
 
     name: name of the instrument in bench.yaml; None if the file belongs to no instrument.
     bench: bench with the instrument's columns, layout and sample period.
-    ahead_ns: known lead of the instrument's clock in ns; 0 if bench.yaml has no `clock_offset`.
-    estimate: how to estimate this lead from the samples; None if it is not to be estimated.
+    ahead_ns: time in ns by which the instrument's clock leads the log's clock, from the key
+        `clock_offset`; 0 without this key.
+    estimate: settings for the estimation of this lead from the samples; None if the lead is not
+        estimated.
     """
 
     name: str | None
@@ -30,9 +32,10 @@ class InstrumentBench:
 
 
 def view_of(path: Path, bench: Bench) -> InstrumentBench:
-    """Return the bench with the columns of a file's instrument, which the file name determines.
+    """Return the bench with the columns of the instrument that recorded a file.
 
-    Raises LogError if the file's name fits several instruments.
+    The name of the file determines the instrument. Raises LogError if the name fits several
+    instruments.
     """
     fitting = {
         name: one

@@ -1,8 +1,8 @@
 """Table sampled at the period of bench.yaml; each sample is the latest value of the column.
 
-An oscilloscope samples far faster than the controller of the rig, and a logic analyser writes
-changes only. The log keeps the values that a controller with the sample period of bench.yaml would
-have read from an input register.
+An oscilloscope samples far faster than the controller of the rig. A logic analyser writes a row
+only when a signal changes. The log keeps the values that a controller with the sample period of
+bench.yaml would have read from an input register.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ NS = 1e9  # ns per s
 class LatchedTable(DerivedTable):
     """Table with one row per `period_ns` that contains the latest value of each column.
 
-    time: name of the time column, and size of its unit in s; None if the blocks have `time_ns`.
+    time: (name of the time column, size of its unit in s); None if the blocks have `time_ns`.
     """
 
     def __init__(self, table: RawTable, period_ns: int, time: tuple[str, float] | None) -> None:
@@ -94,7 +94,7 @@ class LatchedTable(DerivedTable):
 def row_times(block: RowBlock, time: tuple[str, float] | None) -> Nanoseconds:
     """Return the times (n,) in ns of the n rows of a block.
 
-    time: name of the time column, and size of its unit in s; None if the block has `time_ns`.
+    time: (name of the time column, size of its unit in s); None if the block has `time_ns`.
     """
     if time is None:
         assert block.time_ns is not None

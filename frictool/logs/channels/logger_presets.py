@@ -26,7 +26,7 @@ class PresetColumn(NamedTuple):
     pattern: regular expression for the whole name of a column, in upper or lower case.
     channel: channel of these columns; NO_CHANNEL if the columns are not used.
     unit: unit of the values; OPEN if the user has to state it.
-    why: reason why the user may have to state the unit; "" if there is none.
+    why: reason why the user may have to state the unit; "" if the unit is always known.
     whole: True if the unit is right only for whole numbers.
     most: largest absolute value for which the unit is right.
     """
@@ -53,9 +53,11 @@ class LoggerPreset(NamedTuple):
     """Preset for the logs of one maker's drives or robots.
 
     title: name of the preset in messages.
-    signature: patterns of names; only these logs have columns that match all of them.
-    columns: entries for columns with known channels; other columns are judged by their names.
-    absent: patterns of names that these logs do not have.
+    signature: patterns of column names. Only the logs of these devices have a column for each
+        pattern.
+    columns: entries for columns with known channels. The channels of other columns are guessed from
+        their names.
+    absent: patterns that match no column of these logs.
     """
 
     title: str
@@ -72,10 +74,10 @@ class LoggerPreset(NamedTuple):
         return all(map(found, self.signature)) and not any(map(found, self.absent))
 
     def entries(self, columns: Mapping[str, Vector]) -> dict[str, PresetColumn]:
-        """Return column -> entry, for each known column.
+        """Return the entry of each known column; the keys are the column names.
 
-        If a value is too large for the unit of its column, the log does not have the preset's
-        units. The user then has to state the unit of every column with a limit (`most`).
+        If a value is too large for the unit of its column, the log has other units than the preset.
+        The user then has to state the unit of every column with a limit (`most`).
         """
         known = {name: entry for name in columns if (entry := self.column(name)) is not None}
         if not any(entry.exceeded(columns[name]) for name, entry in known.items()):

@@ -1,4 +1,4 @@
-"""Collection of the losses of one stream, each with its channels and times, while it is read."""
+"""Collection of the losses of one stream while the stream is read."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ class DroppedRows(NamedTuple):
 
 
 class LossLedger:
-    """Collector that appends losses to `losses`; a loss lasts until the next sample that is read.
+    """Collector of the losses of a stream, which are appended to `losses`.
+
+    A loss lasts until the next sample that is read.
 
     named: column -> paths of the channels made from this column.
     every: paths of all channels.

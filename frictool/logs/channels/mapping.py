@@ -55,7 +55,7 @@ MOST_RATIO = 30.0
 class ChannelSource(NamedTuple):
     """Raw column of a channel.
 
-    channel: channel or `time`.
+    channel: name of the channel, or `time`.
     name: name of the column in the file.
     column: entry of the channel in bench.yaml.
     scale: conversion of the unit to SI.
@@ -76,9 +76,8 @@ class ChannelMapper:
 
     table: table of the raw file.
     bench: bench with the `columns` to map.
-    columns: channel or `time` -> its entry in `bench.columns`, and the name of the column in the
-        table.
-    topic: topic of the stream.
+    columns: channel or `time` -> (entry in `bench.columns`, name of the column in the table).
+    topic: topic of the resulting stream.
     derive: True if `effort` is to be computed from the drive signal (current or voltage).
     period: expected sample period in s; None to accept any period.
 
@@ -362,12 +361,14 @@ def check_rate(
         rates = f"the period is {period:.6g} s, but sample_period_s in bench.yaml is {wanted:.6g} s"
         if same and difference > RATE_REFUSED:
             raise LogError(
-                source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; check the unit of time"
+                source,
+                f"{rates}; allowed: a difference of at most {RATE_REFUSED:.0%}; "
+                "check the unit of time",
             )
         if max(period / wanted, wanted / period) > MOST_RATIO:
             raise LogError(
                 source,
-                f"{rates}; allowed: within a factor of {MOST_RATIO:g}; check the unit of time",
+                f"{rates}; allowed: a factor of at most {MOST_RATIO:g}; check the unit of time",
             )
         if difference > RATE_NOTED:
             noted.append(rates)

@@ -31,13 +31,13 @@ class QuadratureTable(DerivedTable):
         return pick(self._table.names, wanted, self.source) if name is None else name
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the encoder or column `wanted` (name or number from 1), or None."""
+        """Return the encoder or column whose name or number (from 1) is `wanted`, else None."""
         if isinstance(wanted, str) and wanted in self._channels:
             return wanted
         return super().find(wanted)
 
     def findings(self) -> tuple[str, ...]:
-        """Return a warning for each encoder with transitions of both channels at once."""
+        """Return a warning for each encoder whose two channels changed in the same sample."""
         return tuple(
             f"quadrature {name!r}: {bad} of {moves} transitions change both channels together; "
             "check that the sample rate exceeds four times the line rate, and that the threshold "

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 class ColumnQuestion:
     """Question to the user about the column or the unit of a channel.
 
-    channel: channel or `time`.
+    channel: name of the channel, or `time`.
     key: key of bench.yaml that the user has to fill in, `column` or `unit`.
     candidates: columns or units from which the user chooses.
-    why: reason why the file does not decide.
+    why: reason why the file does not answer the question.
     """
 
     channel: str

@@ -39,7 +39,7 @@ def prepare_tables(
     if len(ready) > 1:
         raise LogError(
             ready[0].source,
-            f"has {len(ready)} tables with different times; allowed with `quadrature`: one",
+            f"has {len(ready)} tables with different times; allowed with `quadrature`: one table",
         )
     counted = QuadratureTable(ready[0], bench.quadrature)
     return (_latched(counted, bench),), [counted.findings]

@@ -1,7 +1,7 @@
 """Unwrapping of positions and references that a sensor shows modulo a period, block by block.
 
-A wrap is a jump of the shown value y by the period P while the position x moves on. Steps of x that
-differ by a multiple of P give the same step of y; the shortest of these steps is assumed:
+A wrap is a jump of the shown value y by the period P while the position x changes by less. Steps of
+x that differ by a multiple of P give the same step of y; the shortest of these steps is assumed:
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
@@ -27,7 +27,7 @@ SLACK = 0.01  # tolerance of the range of the values, relative to the period
 
 
 class PeriodicSignal:
-    """Unwrapping of one signal; `period` is in the unit of the signal."""
+    """Unwrapping of one signal with the period `period`, which is in the unit of the signal."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -37,7 +37,7 @@ class PeriodicSignal:
         self._high = -math.inf
 
     def follow(self, shown: Vector) -> Vector:
-        """Remove the wraps from the next samples `shown` (n,); return the unwrapped samples (n,).
+        """Return the next samples `shown` (n,) without wraps.
 
         Raises ValueError if the values cover more than one period and a step exceeds half a period,
         because the period is then wrong.
@@ -117,7 +117,7 @@ class Unwrapping:
 
     @property
     def question(self) -> str | None:
-        """Return a warning about a jump that may be a wrap, or None."""
+        """Return a warning about a jump that may be a wrap; None if there is no such jump."""
         wrap = self._wraps.possible()
         return None if wrap is None else wrap.question
 

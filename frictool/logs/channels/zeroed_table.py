@@ -19,7 +19,7 @@ from frictool.logs.raw_table import DataLoss, DerivedTable, LostColumnError, Raw
 class ZeroedTable(DerivedTable):
     """Table whose columns in `counts` have their zero offsets subtracted.
 
-    counts: column -> number of finite values, from the first on, whose mean is the offset.
+    counts: column -> number of finite values at the start of the column whose mean is the offset.
     """
 
     def __init__(self, table: RawTable, counts: Mapping[str, int]) -> None:
@@ -39,7 +39,7 @@ class ZeroedTable(DerivedTable):
             yield replace(block, columns=columns), done
 
     def _zero(self, name: str, losses: list[DataLoss] | None) -> float:
-        """Return the mean of the first values, from a separate reading that stops early.
+        """Return the mean of the first values of a column.
 
         If there are too few values, their mean is returned and a note is appended to `losses`; if
         `losses` is None, LogError is raised. Without any value, LogError is raised in both cases.

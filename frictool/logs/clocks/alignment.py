@@ -20,11 +20,13 @@ MOST_SAMPLES = 1_000_000  # maximum number of samples compared, from the start o
 def aligned(
     reference: StreamSource, flow: StreamSource, estimate: ClockEstimate, reference_ahead_ns: int
 ) -> tuple[int, str]:
-    """Return the lead in ns of the clock of `flow`, and a text that says how it was estimated.
+    """Return the lead in ns of a stream's clock, and a text on its estimation.
 
-    reference: stream with the same quantity, in the log's first file.
-    estimate: names of the two signals to compare, and the largest lead.
-    reference_ahead_ns: lead in ns of the clock of `reference` before the log's clock.
+    The lead is the time by which the clock of `flow` is ahead of the log's clock.
+
+    reference: stream of the log's first file that contains the same quantity.
+    estimate: names of the two signals to compare, and the largest allowed lead.
+    reference_ahead_ns: time in ns by which the clock of `reference` is ahead of the log's clock.
 
     Raises LogError if the samples do not determine the lead, or if both streams are from one file.
     """

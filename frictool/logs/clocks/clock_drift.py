@@ -45,10 +45,10 @@ LagOf = Callable[[Vector, Vector], tuple[float, float]]
 
 @dataclass(frozen=True)
 class ClockDrift:
-    """Offset and drift of one clock relative to another.
+    """Offset and drift of a second clock relative to a first clock.
 
-    offset: offset in s at the middle of the evaluated time.
-    drift: drift in s/s; None if there are too few windows.
+    offset: second clock minus first clock in s, at the middle of the evaluated time.
+    drift: change of this difference per second [s/s]; None if there are too few windows.
     windows: number of windows or messages used.
     spread: for windows, the largest distance in s of a lag from the line; for messages, the mean
         delay minus the shortest delay, in s.
@@ -109,10 +109,10 @@ class ClockPair:
         """Return a warning if the clocks drift apart, else None.
 
         clock: name of the sender's clock.
-        period: sample period in s; no warning if the clocks differ by less than this over the
-            whole log.
+        period: sample period in s. There is no warning if the clocks drift apart by less than this
+            period during the whole log.
 
-        There is no warning either if varying delays of the messages can explain the drift.
+        There is also no warning if varying delays of the messages can explain the drift.
         """
         sent = np.concatenate(self._sent) if self._sent else np.empty(0, np.int64)
         drift = (
@@ -135,8 +135,8 @@ class ClockPair:
 def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:
     """Return offset and drift of the clock of `other` relative to the clock of `one`.
 
-    The signal `name`, which both streams contain, is compared. The result is None if the records
-    overlap or correlate for too short a time.
+    The signal `name`, which both streams contain, is compared. The result is None if the time in
+    which both records overlap and correlate is too short.
     """
     period = max(one.period, other.period)
     low, high = max(one.time[0], other.time[0]), min(one.time[-1], other.time[-1])

@@ -38,7 +38,8 @@ class ClockOffset(NamedTuple):
 
     value: time in s by which the second clock leads the first.
     low, high: bounds in s of the 95 % confidence interval of `value`.
-    explained: share of the second signal's variance that the shifted first signal explains.
+    explained: fraction of the second signal's variance that the shifted first signal explains, at
+        most 1.
     """
 
     value: float
@@ -81,7 +82,7 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     best = int(np.argmin(misfit))
     if best in (0, lags.size - 1):
         raise ValueError(
-            f"the best offset, {lags[best]:.6g} s, is an end of the allowed range; raise "
+            f"the best offset, {lags[best]:.6g} s, is at the end of the allowed range; raise "
             "clock_estimate.most"
         )
     tau = float(
@@ -102,7 +103,8 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     _refuse_others(lags, misfit, best, max(half, 2.0 * step))
     if half > most / 2.0:
         raise ValueError(
-            f"the offset of {tau:.6g} s is uncertain by {half:.2g} s; allowed: {most / 2.0:g} s"
+            f"the offset of {tau:.6g} s is uncertain by {half:.2g} s; "
+            f"allowed: at most {most / 2.0:g} s"
         )
     return ClockOffset(tau, tau - half, tau + half, explained)
 

@@ -48,7 +48,7 @@ class ResamplingGrid:
     """Layout of the resampled stream `/axis`.
 
     head: header of the resampled stream.
-    parts: origin of each field of the resampled stream.
+    parts: for each field of the resampled stream, the original stream and field.
     period_ns: sample period in ns.
     note: entries of the metadata record RESAMPLED.
     """
@@ -62,7 +62,7 @@ class ResamplingGrid:
 def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) -> ResamplingGrid:
     """Return the layout of the resampled stream, which has the fields of all streams.
 
-    derived: topics of streams with an effort that is computed from the drive signal; such an effort
+    derived: topics of the streams whose effort is computed from the drive signal. Such an effort
         keeps its value until the next sample, as the drive signal does.
     """
     fields: list[str] = []

@@ -32,7 +32,7 @@ class SampleIntervals:
         self._squares = np.zeros(CLASSES)  # ns^2, sum of (interval - reference)^2
 
     def add(self, time: Nanoseconds) -> None:
-        """Add times (n,) in ns, strictly increasing, that follow the previous ones."""
+        """Add the next times (n,) in ns; all times of a stream must increase strictly."""
         if not time.size:
             return
         intervals = np.diff(time, prepend=self.last_ns) if self.samples else np.diff(time)
@@ -60,7 +60,10 @@ class SampleIntervals:
             kept[lowest:highest] += np.bincount(classes - lowest, weights, highest - lowest)
 
     def base(self) -> TimeBase:
-        """Return the time base of the samples so far; rate and jitter are NaN for one sample."""
+        """Return the time base of the samples so far.
+
+        Rate and jitter are NaN if there is only one sample.
+        """
         if self.samples < 2:
             return TimeBase(self.samples, math.nan, math.nan, 0, 0.0, 0.0)
         upto = np.cumsum(self._counts)

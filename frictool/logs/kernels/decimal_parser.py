@@ -7,9 +7,9 @@ Two fast methods are tried. If neither gives a certain result, Python converts t
 - w < 2^53 and |q| <= 22: both factors are doubles, so that one multiplication or division rounds
   once (W. D. Clinger, 1990).
 - Otherwise, the leading 64 bits of w * 5^q are computed from a table of the leading 64 bits of the
-  powers. Truncation of the table changes the product by less than 2 units of its last bit. The
-  rounding is therefore uncertain only if the product is within 2 units of the middle between two
-  doubles, about once in 500 (D. Lemire, 2021).
+  powers. Because the table is truncated, the product is wrong by less than 2 units of its last bit.
+  The rounding is therefore uncertain only if the product is within 2 units of the middle between
+  two doubles, about once in 500 (D. Lemire, 2021).
 """
 
 from __future__ import annotations
@@ -60,7 +60,6 @@ FIVES, SHIFTS = _fives()
 
 @kernel
 def _by_powers(digits: np.uint64, power: int) -> tuple[float, int]:
-    """Return (digits * 10^power, NUMBER), or (0, UNDECIDED), by the table of powers; digits > 0."""
     if power < LOWEST or power > HIGHEST:
         return 0.0, UNDECIDED
     left = 0
@@ -90,7 +89,10 @@ def _by_powers(digits: np.uint64, power: int) -> tuple[float, int]:
 
 @inner_kernel
 def rounded(digits: np.uint64, power: int) -> tuple[float, int]:
-    """Return (digits * 10^power as the nearest double, NUMBER), or (0, UNDECIDED)."""
+    """Return (value, status): digits * 10^power rounded to the nearest double, and NUMBER.
+
+    If the rounding is uncertain, the result is (0, UNDECIDED).
+    """
     if digits <= _EXACT and -22 <= power <= 22:
         whole = float(digits)
         return (whole / TENS[-power] if power < 0 else whole * TENS[power]), NUMBER
@@ -101,7 +103,6 @@ def rounded(digits: np.uint64, power: int) -> tuple[float, int]:
 
 @inner_kernel
 def _over_digits(text: NDArray[np.uint8], at: int, digits: np.uint64) -> tuple[int, np.uint64]:
-    """Return (index after the digits at `at`, `digits` with these digits appended, modulo 2^64)."""
     digit = np.uint64(text[at]) - _ZERO
     while digit <= _NINE:
         digits = digits * _TEN + digit

@@ -5,8 +5,8 @@ A leads B if the count rises.
     A   __/~~\__/~~          state  A B    00  10  11  01
     B   ____/~~\__           count mod 4    0   1   2   3
 
-From one sample to the next the state may stay or move by one. A move by two is an illegal
-transition, because its direction is unknown.
+From one sample to the next, the state may stay or advance by one place in this sequence, in either
+direction. A change by two places is an illegal transition, because its direction is unknown.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ def count_quadrature(
 ) -> None:
     """Fill `counts` (n,) with the counts at the samples a, b (n,) of the channels A and B.
 
-    low, high: thresholds, low <= high. A channel becomes high at a sample >= `high` and low at a
-        sample <= `low`. A sample that is not finite does not change the level.
+    low, high: thresholds with low <= high. A channel becomes high at a sample >= `high`. It becomes
+        low at a sample <= `low`. A sample that is not finite does not change the level.
     state: levels of A and B, count, and number of illegal transitions (4,), updated in place;
         (UNKNOWN, UNKNOWN, 0, 0) before the first block.
     """

@@ -2,9 +2,9 @@
 
 A step from one sample to the next is a jump if it exceeds two counts plus twice the distance that
 the axis covers at top speed. The factor two allows for a servo that is faster than specified. If
-the top speed is unknown, a jump is a step that meets two conditions. It is at least ten times as
-long as the steps before and after it, and at least three times as long as the 99 % quantile of the
-steps in the block.
+the top speed is unknown, a step is a jump if it meets two conditions. It is at least ten times as
+long as the steps before and after it. It is also at least three times as long as the 99 % quantile
+of the steps in the block.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
 
 
 def lone(steps: Vector) -> NDArray[np.bool_]:
-    """Return a mask (n,) that is True at each jump, by the rule for an unknown top speed.
+    """Return a mask (n,) that is True at each jump if the top speed of the axis is unknown.
 
     steps: differences (n,) of successive samples in counts.
     """
@@ -53,14 +53,14 @@ def lone(steps: Vector) -> NDArray[np.bool_]:
 
 @dataclass
 class PositionJumps:
-    """Jumps of one position, collected block after block.
+    """Jumps of one position signal, collected block after block.
 
     count: number of jumps.
     first_s, first_counts: time in s and length in counts of the first jump.
     shortest, longest: absolute lengths of the shortest and the longest jump in counts.
     lowest_landing, highest_landing: smallest and largest counter value after a jump.
-    slack: largest part of a jump, in counts, that may be motion.
-    unwrapped: True if the wraps of the counter were removed before.
+    slack: largest part of a jump that may be motion of the axis, in counts.
+    unwrapped: True if the wraps of the counter have already been removed.
     """
 
     count: int = 0
@@ -79,7 +79,7 @@ class PositionJumps:
         time: times (m,) of the jumps in s.
         steps: lengths (m,) of the jumps in counts.
         landings: counter values (m,) after the jumps.
-        slack: largest part of a jump, in counts, that may be motion.
+        slack: largest part of a jump that may be motion of the axis, in counts.
         """
         if not steps.size:
             return
@@ -98,8 +98,9 @@ class PositionJumps:
     def wrap_bits(self) -> int | None:
         """Return the number of bits of the counter if the jumps are its overflows, else None.
 
-        The jumps are overflows if several of them are as long as the counter's range, and if the
-        counter values after the jumps span at most this range, within `slack`.
+        The jumps are overflows under two conditions. Several jumps are as long as the counter's
+        range, within `slack`. The counter values after the jumps span at most this range, within
+        `slack`.
         """
         if (
             self.count < FEWEST_WRAPS
@@ -112,7 +113,10 @@ class PositionJumps:
 
     @property
     def index(self) -> float | None:
-        """Return the counter value at which all jumps end, within `slack`; None if unclear."""
+        """Return the counter value at which all jumps end, within `slack`.
+
+        The result is None if the jumps end at different values, or if there are too few jumps.
+        """
         if (
             self.count < FEWEST_RESETS
             or self.highest_landing - self.lowest_landing > 2.0 * self.slack

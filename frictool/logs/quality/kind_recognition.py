@@ -80,7 +80,7 @@ def kind_of(stream: Stream) -> Kind | None:
 
 
 def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
-    """Return (first sample, index after the last sample) of each time of rest.
+    """Return (first sample, index after the last sample) of each time in which the axis rests.
 
     The axis rests while the position stays within `still` for at least REST samples.
     """

@@ -19,7 +19,7 @@ class OpeningSamples:
         self._samples = 0
 
     def take(self, piece: SampleBlock) -> None:
-        """Add samples that follow the previous ones; samples beyond LONGEST are ignored."""
+        """Add the next samples; samples after the first LONGEST samples are ignored."""
         left = LONGEST - self._samples
         if left > 0:
             self._pieces.append(piece.part(0, left))

@@ -29,5 +29,8 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the step of which all values, minus a common offset, are multiples, or None."""
+        """Return the quantisation step: the distances of all values are multiples of this step.
+
+        The result is None if there is no such step.
+        """
         return encoder_step(self._values) if self._values.size else None

@@ -1,7 +1,7 @@
 """Recognition of breakaway ramps.
 
-In a breakaway ramp, the drive rises along a line while the axis rests; then the axis starts and the
-drive falls back. A log of breakaway ramps has several ramps.
+In a breakaway ramp, the drive signal rises along a line while the axis rests. Then the axis starts,
+and the drive signal falls back. A log of breakaway ramps has several ramps.
 
 A creeping axis also rests between two counts of its encoder. During such a rest, the servo's drive
 also rises along a line, by the servo's gain times one count. The height of the rise distinguishes
@@ -40,7 +40,7 @@ def rests_of(moved: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector) -> bool:
-    """Return True if the log consists of breakaway ramps (parameters: see `ramps_among`)."""
+    """Return True if a log consists of breakaway ramps; for the parameters see `ramps_among`."""
     length = np.array([end - start for start, end in rests])
     if np.sum(length) < REST_SHARE * position.size:
         return False
@@ -61,8 +61,8 @@ def ramps_among(
     position: position (n,) in any unit.
     drive: effort, current or voltage (n,) in any unit.
 
-    If the axis starts in both directions, the constant part of the drive, from a load or a sensor's
-    offset, is estimated and subtracted.
+    If the axis starts in both directions, the constant part of the drive signal is estimated and
+    subtracted. This part comes from a load or from the offset of a sensor.
     """
     direction = np.array([_direction(position, end) for _, end in rests])
     lines = [
@@ -95,7 +95,7 @@ def _line(drive: Vector) -> tuple[float, float, float]:
 
 
 def _zero(level: Vector, direction: Vector) -> float:
-    """Return the constant part of the drive; 0 if the axis always starts in one direction."""
+    """Return the constant part of the drive signal; 0 if all starts have the same direction."""
     forward = level[direction > 0.0]
     backward = level[direction < 0.0]
     return (

@@ -1,4 +1,4 @@
-"""Repeated jumps of one size in a position: detection of a wrap with any period.
+"""Detection of a wrap with any period: repeated jumps of the same size in a position.
 
 A step s from one sample to the next is long if it exceeds half of the position's range; the range
 does not include outliers of one sample. At a wrap, the axis moves by u against the direction of s,
@@ -66,10 +66,11 @@ class RepeatedJump:
     """Repeated jump of a position, which may be a wrap with the period P.
 
     low, high: bounds of P in rad or m.
-    reach: range of the raw position in rad or m.
+    reach: difference of the largest and the smallest raw position in rad or m.
     count: number of jumps.
     first: time in s of the first jump, and the positions before and after this jump.
-    forward: number of jumps with forward motion (see the module docstring).
+    forward: number of jumps around which the axis moves forward, as defined at the top of this
+        file.
     slow: True if the axis moves by less than P / 100 in the steps before and after a jump.
     centred: True if every jump leads from one end of the range [-P/2, P/2] to the other.
     movable: True if the drive can move the axis by a jump in one sample.
@@ -110,14 +111,14 @@ class RepeatedJumps:
         self._around: Matrix = np.empty((0, 2 * WINDOW))
 
     def take(self, time: Vector, position: Vector) -> None:
-        """Add samples (n,) that follow the previous ones: time in s, position in rad or m."""
+        """Add the next samples (n,): time in s, position in rad or m."""
         if position.size:
             self._time = np.append(self._time, time)
             self._position = np.append(self._position, position)
             self._judge(self._position.size - 1 - WINDOW)
 
     def finish(self) -> None:
-        """Search the last samples; no samples may follow."""
+        """Search the last samples; `take` must not be called afterwards."""
         self._judge(self._position.size - 1)
 
     def result(self) -> RepeatedJump | None:
@@ -171,7 +172,7 @@ class RepeatedJumps:
         )
 
     def between(self, low: float, high: float) -> RepeatedJump | None:
-        """Return the jumps between the ends of a period; the motion around them is ignored.
+        """Return the jumps from one end of a period to the other, without a test of the motion.
 
         low, high: ends of the period in rad or m.
 
@@ -268,8 +269,8 @@ class RepeatedJumps:
     def _can_move(self, ends: Matrix) -> bool:
         """Return True if the drive can move the axis by any of these jumps in one sample.
 
-        ends: long steps (m, 5), in the form of `_ends`. The speed is assumed to be the same before
-            and after a jump.
+        ends: long steps (m, 5), in the form of `_ends`. The axis is assumed to have the same speed
+            before and after a jump.
         """
         interval = ends[:, 1] - ends[:, 0]
         size = np.abs(ends[:, 3] - ends[:, 2])

@@ -1,9 +1,9 @@
 """Detection of flat tops, where an amplifier, sensor or converter saturates.
 
 The values of a signal are counted in classes of equal width. Around a maximum, a smooth signal is a
-parabola: the topmost class has at most 1/(sqrt(2) - 1) = 2.4 times as many samples as the next one,
-for any quantisation. A clipped signal has most samples in the topmost class, and stays at one value
-for several samples.
+parabola. Then the topmost class has at most 1/(sqrt(2) - 1) = 2.4 times as many samples as the
+class below, for any quantisation. A clipped signal has most samples in the topmost class, and stays
+at one value for several samples.
 
 A signal that repeats its values everywhere has no flat tops, for example a command between two
 updates. An extreme value of 0 is no flat top either, because the axis may rest.
@@ -43,7 +43,7 @@ class FlatTopDetector:
     """Detector of flat tops of one signal, block after block.
 
     low, high: smallest and largest value of the signal.
-    step: quantisation step of the signal; None if it has none.
+    step: quantisation step of the signal; None if the signal is not quantised.
     """
 
     def __init__(self, low: float, high: float, step: float | None) -> None:
@@ -54,7 +54,7 @@ class FlatTopDetector:
         self._repeats = self._others = 0
 
     def take(self, values: Vector) -> None:
-        """Add values (n,) that follow the previous ones."""
+        """Add the next values (n,) of the signal."""
         if not values.size:
             return
         for side, depth in zip(self._sides, (values - self._low, self._high - values), strict=True):
@@ -70,7 +70,7 @@ class FlatTopDetector:
         self._last = float(values[-1])
 
     def result(self) -> tuple[FlatTop, ...]:
-        """Return the flat tops, first that at the lowest value, then that at the highest."""
+        """Return the flat tops: first the one at the lowest value, then the one at the highest."""
         if (
             self._high <= self._low
             or self._others < SHORTEST

@@ -41,9 +41,9 @@ WINDOWS = 400
 class SignCheck:
     """Result of the check of signs.
 
-    work: quotient of net and absolute work of the effort, -1 to 1; None if undetermined.
-    reversed: names of the signals with a reversed sign; a text such as "position or effort" if
-        either of two signals may be reversed.
+    work: net work of the effort divided by its absolute work, -1 to 1; None if undetermined.
+    reversed: names of the signals with a reversed sign. An element such as "position or effort"
+        means that one of these two signals is reversed.
     """
 
     work: float | None
@@ -107,12 +107,13 @@ def _window(position: Vector) -> int:
 
 
 def net_work(position: Vector, effort: Vector) -> float | None:
-    """Return the quotient of the net work and the absolute work of the effort, -1 to 1.
+    """Return the net work of the effort divided by its absolute work, -1 to 1.
 
     position, effort: samples (n,).
 
     The work is computed from the first to the last standstill. The result is None if this interval
-    is too small a part of the log, if nothing moves, or if noise could cause this work.
+    is too short compared with the log, if the axis does not move, or if noise could cause this
+    work.
     """
     window = _window(position)
     speed = np.abs(position[window:] - position[:-window])
@@ -130,7 +131,7 @@ def net_work(position: Vector, effort: Vector) -> float | None:
 
 
 def _brakes(position: Vector, effort: Vector) -> bool:
-    """Return True if the mean effort in the direction of the strokes is surely negative.
+    """Return True if the mean effort in the direction of motion is significantly negative.
 
     The mean is weighted by the length of the strokes.
     """

@@ -19,7 +19,7 @@ def sliding_maximum(values: Vector, length: int, before: int) -> Vector:
     Parameters
     ----------
     values : array, shape (n,)
-        Signal; it is continued by reflection at its ends.
+        Signal, which is continued by reflection at both ends.
     length : int
         Number of samples of a window.
     before : int

@@ -45,8 +45,8 @@ class SignalSurvey:
     step: quantisation step; None if the values are not multiples of a step.
     hold: number of samples for which the signal keeps a value; None if it changes at every sample.
     flat: flat tops of the signal (saturation.py).
-    at_limit: number of samples at the limit that bench.yaml sets for the signal; None without a
-        limit.
+    at_limit: number of samples at the limit that bench.yaml sets for the signal; None if there is
+        no limit.
     """
 
     name: str
@@ -65,8 +65,8 @@ class StreamSurvey:
     """Survey of one stream.
 
     base: sample rate, jitter and gaps.
-    signals: signal -> its survey.
-    opening: first samples.
+    signals: name of each signal -> survey of the signal.
+    opening: first samples of the stream.
     velocity: lowest and highest velocity of the position in rad/s or m/s.
     window: number of samples between two positions from which a velocity is computed.
     jumps: jumps of the position.
@@ -84,7 +84,7 @@ class StreamSurvey:
 def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> StreamSurvey:
     """Return the survey of one stream.
 
-    pieces: function that returns an iterator over all samples; it is called twice.
+    pieces: function that returns an iterator over all samples. The function is called twice.
     limits: signal -> largest absolute value that bench.yaml allows.
     """
     signals = {

@@ -74,11 +74,11 @@ def _distances(position: Vector) -> Vector:
 
 
 def encoder_step(position: Vector) -> float | None:
-    """Return the encoder step: all positions (n,) minus a common offset are multiples of it.
+    """Return the encoder step, of which all distances of the positions (n,) are multiples.
 
     The smallest distance of two positions is divided by 1, 2, ..., MOST_STEPS. The step is the
-    first quotient such that all distances are multiples of it. The result is None if there is no
-    such quotient or if there are too few distinct positions.
+    first quotient of which all distances are multiples. The result is None if there is no such
+    quotient, or if there are too few distinct positions.
     """
     distances = _distances(position)
     if distances.size < FEWEST_LEVELS - 1:

@@ -14,7 +14,7 @@ SHARE_OF_LOG = 8  # the window is at most 1/SHARE_OF_LOG of the log
 class VelocityRange:
     """Lowest and highest velocity of one position in rad/s or m/s, for each window length.
 
-    step: encoder step in rad or m; None if there is none.
+    step: encoder step in rad or m; None if the position is not quantised.
     """
 
     def __init__(self, step: float | None) -> None:
@@ -26,7 +26,7 @@ class VelocityRange:
         self._position: Vector = np.empty(0)
 
     def take(self, time: Vector, position: Vector) -> None:
-        """Add samples (n,) that follow the previous ones: time in s, position in rad or m."""
+        """Add the next samples (n,): time in s, position in rad or m."""
         before = self._time.size
         self._samples += time.size
         time = np.concatenate((self._time, time))

@@ -2,8 +2,8 @@
 
 The period is one turn or the range of a counter. At a wrap, the position jumps from one end of the
 period to the other while the axis continues at constant speed. The period P is recognised if jumps
-of one size repeat while the axis moves on, and if the position stays within a range of this size
-(repeated_jumps.py).
+of one size repeat while the axis continues to move, and if the position stays within a range of
+this size (repeated_jumps.py).
 
 Natural periods are 2^b counts of the encoder and, on a rotary axis, half a turn and 2^b turns, with
 a whole number b. A wrap is certain in these cases:
@@ -95,22 +95,25 @@ class WrapSearch:
         self._unit = si_unit("position", bench.axis)
 
     def take(self, time: Vector, position: Vector) -> None:
-        """Add samples (n,) that follow the previous ones: time in s, position in rad or m."""
+        """Add the next samples (n,): time in s, position in rad or m."""
         self._jumps.take(time, position)
 
     def finish(self) -> None:
-        """Search the last samples; no samples may follow."""
+        """Search the last samples; `take` must not be called afterwards."""
         self._jumps.finish()
 
     def result(self) -> Wrap | None:
-        """Return the wrap of the position if it is certain so far; else None."""
+        """Return the wrap of the position if the samples so far make it certain; else None."""
         jump = self._jumps.result()
         if jump is None:
             return self._noisy()
         return self._wrap(jump) if self._is_sure(jump) else None
 
     def _noisy(self) -> Wrap | None:
-        """Return a wrap that is certain although the motion is smaller than the noise, or None."""
+        """Return a wrap that is certain although the motion is smaller than the noise.
+
+        The result is None if there is no such wrap.
+        """
         for period in self._natural:
             for low in (0.0, -0.5 * period):
                 jump = self._jumps.between(low, low + period)

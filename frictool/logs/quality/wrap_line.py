@@ -51,11 +51,14 @@ class WrapLine:
         return f"wrap: {{value: {value}, unit: {unit}}}"
 
     def is_round(self, low: float, high: float) -> bool:
-        """Return True if a round number in the log's unit lies between two bounds in rad or m."""
+        """Return True if a round number lies between two bounds in rad or m.
+
+        The number is round in the log's unit.
+        """
         return low < high and shortest(low / self._factor, high / self._factor)[0] <= ROUND
 
     def round(self, low: float, high: float) -> float:
-        """Return the number with fewest digits in the log's unit between two bounds.
+        """Return the number between two bounds that has the fewest digits in the log's unit.
 
         low, high: bounds in rad or m. The result is also in rad or m.
         """

@@ -29,7 +29,7 @@ class HoldDetector:
         self._count = 0
 
     def take(self, values: Vector) -> None:
-        """Add values (n,) that follow the previous ones."""
+        """Add the next values (n,) of the signal."""
         if not values.size:
             return
         if self._count < MOST:
@@ -42,9 +42,9 @@ class HoldDetector:
         self._last = float(values[-1])
 
     def samples(self, step: float | None) -> int | None:
-        """Return the number of samples for which the signal keeps a value; None if it is not held.
+        """Return for how many samples the signal keeps a value; None without zero-order hold.
 
-        step: quantisation step of the signal; None if it has none.
+        step: quantisation step of the signal; None if the signal is not quantised.
         """
         if self._count < FEWEST:
             return None

@@ -5,10 +5,10 @@ it. Therefore one message is parsed field by field. All messages of the same siz
 lengths at the same offsets (`MessageLayout.guards`) have the same layout, and their numbers are
 extracted together.
 
-In CDR, the first 4 bytes give the byte order; offsets are counted from their end. The offset of a
-number is a multiple of the number's size, in version 2 of at most 4 bytes. The length of a text,
-with the closing NUL, precedes the text. The length of a sequence precedes the sequence. A fixed
-array is stored without its length.
+In CDR, the first 4 bytes give the byte order. Offsets are counted from the end of these bytes. The
+offset of a number is a multiple of the number's size; in version 2, it is a multiple of 4 bytes for
+larger numbers. The length of a text, including the closing NUL, precedes the text. The length of a
+sequence precedes the sequence. A fixed array is stored without its length.
 
 In ROS 1, numbers are little-endian and not aligned, and texts have no closing NUL.
 """
@@ -54,7 +54,11 @@ class NumberField:
     labels: tuple[str, ...] = ()
 
     def paths(self) -> Iterator[str]:
-        """Yield the paths of the field's numbers, first with labels, then with indices."""
+        """Yield the paths of the field's numbers.
+
+        An element of an array with labels has two paths: first those with labels are yielded, then
+        those with indices.
+        """
         if self.count is None:
             yield self.path
         elif self.count <= MOST_LISTED:
@@ -87,8 +91,8 @@ class MessageLayout:
     """Offsets of the numbers in a message of `size` bytes.
 
     leaves: all fields of numbers in the message.
-    guards: offset and expected bytes of each number that states the length of a string or of an
-        array. The layout is valid only for messages with the same bytes there.
+    guards: offset and expected bytes of each length of a string or array in the message. The layout
+        is valid only for messages with the same bytes at these offsets.
     """
 
     size: int
@@ -161,7 +165,8 @@ class _CdrReader:
     def length(self) -> int:
         """Read the length of a text or sequence.
 
-        The bytes of the length are stored in `guards`, because all later offsets depend on it.
+        The bytes of the length are stored in `guards`, because all later offsets depend on the
+        length.
         """
         start = self.take(4, 4)
         raw = self.data[start : start + 4]
@@ -191,7 +196,6 @@ class _CdrReader:
             labels = self.field(part, f"{prefix}{part.name}", labels) or labels
 
     def field(self, part: MessageField, path: str, labels: tuple[str, ...]) -> tuple[str, ...]:
-        """Parse one field; return its texts if they name the elements of other arrays, else ()."""
         count = (
             None
             if part.repeat == "once"
@@ -286,9 +290,11 @@ class MessageDecoder:
         values: Vector,
         present: NDArray[np.bool_],
     ) -> NDArray[np.intp]:
-        """Fill in the numbers of those messages `left` that have this layout.
+        """Fill in the numbers of the messages that have this layout.
 
-        left: indices of messages. Returns the indices of the messages with other layouts.
+        left: indices of the messages that are still to be filled in.
+
+        Returns the indices of the remaining messages, which have other layouts.
         """
         if not left.size:
             return left

@@ -113,7 +113,7 @@ class _McapPass:
     def take(self, opcode: int, body: bytes) -> None:
         """Store a schema or channel record.
 
-        A damaged record is ignored; it is reported when a message of its channel is read.
+        A damaged record is ignored. The damage is reported when a message of its channel is read.
         """
         with suppress(*UNREADABLE):
             self.declarations.take(opcode, body)

@@ -60,8 +60,8 @@ def _labels(texts: object) -> Sequence[str]:
 class ObjectDecoder:
     """Decoder of messages that a function converts to objects (implements Decoder).
 
-    objects: function from the bytes of a message to nested mappings, sequences and numbers; it may
-        raise ValueError.
+    objects: function that converts the bytes of a message to nested mappings, sequences and
+        numbers. The function may raise ValueError.
     """
 
     def __init__(self, objects: Callable[[bytes], object]) -> None:

@@ -17,8 +17,8 @@ def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
     path: recording.
     definition: serialised FileDescriptorSet.
 
-    Raises LogError if the library is missing. Raises ValueError if the descriptors are damaged or
-    do not contain the type.
+    Raises LogError if the library protobuf is missing. Raises ValueError if the descriptors are
+    damaged, or do not contain the type.
     """
     descriptors, message, factory, pools = (
         library(path, f"google.protobuf.{name}", EXTRA)
@@ -59,8 +59,8 @@ def _add(pool: Any, files: dict[str, Any]) -> None:
 def _mapping(message: Any) -> dict[str, object]:
     """Return a message as a mapping of its fields.
 
-    Messages and optional fields that are not set are omitted. Any other field that is not set has
-    its default value.
+    Nested messages and optional fields that are not set are omitted. Any other field that is not
+    set has its default value.
     """
     values: dict[str, object] = {}
     for field in message.DESCRIPTOR.fields:

@@ -46,7 +46,7 @@ HOUSEKEEPING = ("rcl_interfaces/", "rosgraph_msgs/", "bond/", "diagnostic_msgs/"
 class MessageGap(NamedTuple):
     """Gap in a topic where messages cannot be read.
 
-    reason: why they cannot be read.
+    reason: why the messages cannot be read.
     samples: number of unreadable messages; None if unknown.
     """
 
@@ -82,12 +82,12 @@ class Topic:
 
     kind: name of the type of the messages.
     decoder: decoder of the messages; None if they cannot be decoded.
-    refused: reason why the messages cannot be decoded; "" if there is a decoder.
+    refused: reason why the messages cannot be decoded; "" if they can be decoded.
     paths: dictionary with the paths of the numbers in the first messages as keys.
-    stamp: path of the time stamp in the messages, and paths of its parts (seconds, nanoseconds);
-        None if the messages have no stamp.
-    apart_s: largest difference in s between stamp and log time; it is large if the two clocks were
-        never synchronised.
+    stamp: (path of the time stamp in the messages, paths of its seconds and nanoseconds); None if
+        the messages have no stamp.
+    apart_s: largest difference in s between stamp and log time. A large value means that the two
+        clocks were not synchronised.
     sampled: number of messages from which `paths`, `stamp` and `apart_s` were read.
     """
 
@@ -170,7 +170,7 @@ class TopicTable:
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with this name or number (from 1); None if there is none.
+        """Return the name of the column whose name or number (from 1) is `wanted`, else None.
 
         An array element that has a label may also be requested by its index.
 

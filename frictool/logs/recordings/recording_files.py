@@ -25,11 +25,11 @@ _NUMBERED = re.compile(r"(.+_)(\d+)")
 
 
 def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
-    """Return the recordings among files and folders; each recording is a tuple of files in order.
+    """Return the recordings that the files and folders contain; a recording is a tuple of files.
 
-    Files listed one after the other with names such as `run_0.mcap` and `run_1.mcap` (numbered from
-    0, in any order) are parts of one recording. Any other file is a recording by itself. Raises
-    LogError if a folder is not a ROS 2 bag.
+    Files with names such as `run_0.mcap` and `run_1.mcap` are parts of one recording if they are
+    listed one after the other. Their numbers must begin at 0; their order does not matter. Any
+    other file is a recording by itself. Raises LogError if a folder is not a ROS 2 bag.
     """
     recordings: list[tuple[Path, ...]] = []
     left = list(paths)

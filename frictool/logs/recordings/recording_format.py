@@ -1,6 +1,6 @@
 """Reader of recordings: MCAP of any tool, ROS 2 bags (MCAP, db3, folders of parts), ROS 1 bags.
 
-Each topic with numbers is a table.
+Each topic whose messages contain numbers becomes a table.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ class BagLoss:
     """Loss of messages in a bag.
 
     reason: why the messages cannot be read.
-    rest: messages of the damaged part that can still be read, by topic.
+    rest: topic -> messages of the damaged part that can still be read.
     """
 
     reason: str
@@ -209,10 +209,6 @@ class BagRecording:
 
 
 def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
-    """Return (header of a record in the file, length of the record's data).
-
-    Raises ValueError if the record is truncated.
-    """
     raw = read(4)
     if len(raw) < 4:
         raise ValueError("a record is cut in its first bytes")
@@ -227,10 +223,6 @@ def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
 
 
 def _record(data: bytes, position: int) -> tuple[Fields, int, int]:
-    """Return (header of a record in a chunk, length of the record's data, start of the data).
-
-    Raises ValueError if the record is truncated.
-    """
     if position + 4 > len(data):
         raise ValueError("a record is cut in its first bytes")
     end = position + 4 + _U32.unpack_from(data, position)[0]
@@ -240,10 +232,6 @@ def _record(data: bytes, position: int) -> tuple[Fields, int, int]:
 
 
 def _fields(data: bytes) -> Fields:
-    """Return the fields `name=value`, each stored after its length.
-
-    Raises ValueError if a field is truncated or has no name.
-    """
     fields: Fields = {}
     position = 0
     while position < len(data):

@@ -28,7 +28,7 @@ class Db3Recording:
     """ROS 2 bag in an SQLite file (implements RecordingFile)."""
 
     def __init__(self, path: Path) -> None:
-        """Open the file and read its topics; raise LogError if it is unreadable or not a bag."""
+        """Open the file and read its topics; raise LogError if the file is not a readable bag."""
         open_log(path).close()
         self.source = str(path)
         self._path = path

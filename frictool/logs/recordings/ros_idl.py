@@ -126,7 +126,6 @@ class _IdlParser:
                     yield name, kind, repeat, size
 
     def declared(self, scope: tuple[str, ...]) -> Iterator[tuple[str, Type]]:
-        """Yield name and type of each name declared in `TYPE NAME[SIZE], NAME;`."""
         base = self.type(scope)
         while True:
             name, (kind, repeat, size) = self.next(), base

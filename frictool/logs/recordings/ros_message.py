@@ -91,7 +91,7 @@ def short_name(name: str) -> str:
 
 
 def assembled(name: str, definitions: Definitions) -> MessageType:
-    """Return the message type `name` with all nested types.
+    """Return the message type `name` with all nested message types.
 
     Raises ValueError if a nested message is not defined, or if the tree is too deep or too large.
     """
@@ -122,7 +122,7 @@ def assembled(name: str, definitions: Definitions) -> MessageType:
 
 
 def _fields(message: str, lines: str) -> list[tuple[str, str, Repeat, int]]:
-    """Return the fields of one message; constants (`uint8 ERROR=40`) take no bytes."""
+    """Return the fields of one message, without constants such as `uint8 ERROR=40`."""
     parsed: list[tuple[str, str, Repeat, int]] = []
     for line in lines.splitlines():
         if not line.strip() or line.lstrip().startswith("#"):

@@ -13,7 +13,7 @@ from frictool.logs.recordings.serialised_messages import Messages
 class SplitRecording:
     """Recording that is split into several files (implements RecordingFile).
 
-    A part may lack topics that other parts have.
+    A part need not contain all topics of the recording.
     """
 
     def __init__(self, path: Path, parts: list[RecordingFile]) -> None:

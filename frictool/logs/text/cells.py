@@ -1,6 +1,7 @@
 """Cells of a line of text, numbers in cells, and detection of delimiter and decimal mark.
 
-The delimiter and the mark are those with which the first lines of the file contain most numbers.
+Of all pairs of delimiter and mark, the pair is chosen with which the first lines of the file
+contain the most numbers.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ _NUMBERS = {
 def cells_of(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line, without the blanks and quotes around them.
 
-    If blanks are the delimiter, there are no empty cells.
+    If blanks are the delimiter, the line has no empty cells.
     """
     if delimiter == BLANK:
         return [cell.strip('"') for cell in _BETWEEN_BLANKS.findall(line)]
@@ -85,7 +86,8 @@ def is_stamp(cell: str) -> bool:
 def order_of_dates(cells: Sequence[str]) -> int | None:
     """Return the order of day, month and year in the dates of `cells` (iso8601.py).
 
-    The result is None if the year comes last and day and month may be exchanged in each date.
+    The result is None if the year comes last and it is unclear in every date which number is the
+    day.
 
     >>> order_of_dates(["03/04/2026 12:00"]), order_of_dates(["3.4.2026 12:00"])
     (None, 1)
@@ -101,7 +103,7 @@ def order_of_dates(cells: Sequence[str]) -> int | None:
 
 
 def dialect(lines: Sequence[str], layout: Layout) -> tuple[str, str]:
-    """Return the delimiter and the decimal mark, from `layout` or else as detected."""
+    """Return the delimiter and the decimal mark from `layout`; detect them if `layout` has none."""
 
     def numbers(tried: tuple[str, str]) -> float:
         total = 0.0

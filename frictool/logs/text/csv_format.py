@@ -5,8 +5,8 @@
                 └─ cells that the scanner rejects are examined here; they are blank, contain a
                    number in another notation, or contain no number
 
-A cell without a number raises LogError. With `--salvage`, the cell is NaN instead, and a row with
-the wrong number of cells is left out.
+A cell that contains no number raises LogError, and so does a row with the wrong number of cells.
+With `--salvage`, the cell becomes NaN, and the row is left out.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _SHORT_YEAR = re.compile(r"\d\d?([./-])\d\d?\1\d\d\b")
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return True if the file may be text: its first bytes are UTF-16, or have no NUL."""
+    """Return True if the file may be text: its first bytes are UTF-16, or contain no NUL."""
     return is_text(head)
 
 
@@ -86,7 +86,7 @@ class CsvTable:
         self.units = dict(zip(text_layout.names, text_layout.units, strict=True))
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with this name or number (from 1), or None."""
+        """Return the name of the column whose name or number (from 1) is `wanted`, else None."""
         return find(self.layout.names, wanted)
 
     def line(self, row: int) -> int | None:
@@ -106,8 +106,8 @@ class CsvTable:
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield blocks of rows (see RawTable.blocks).
 
-        If `losses` is a list, a cell without a number is NaN, and a row with the wrong number of
-        cells is left out.
+        If `losses` is a list, a cell that contains no number becomes NaN, and a row with the wrong
+        number of cells is left out.
         """
         chosen = [
             name
@@ -171,7 +171,7 @@ class CsvTable:
         """Yield (row, loss) for each row of a batch that is left out.
 
         The loss is None for a last line of text that ends the samples. Numbers in another notation
-        are filled into the batch. Raises LogError at the first issue if `losses` is None.
+        are converted and stored in the batch. If `losses` is None, the first issue raises LogError.
         """
         for issue in batch.issues:
             cell = decoded(issue.text, self.layout.encoding).strip().strip('"').strip()

@@ -1,6 +1,6 @@
 """Writer of a stream as a CSV file with the header `name [unit]`.
 
-Each number is written with the fewest digits that give the same number when it is read.
+Each number is written with the fewest digits from which exactly the same number is read.
 """
 
 from __future__ import annotations

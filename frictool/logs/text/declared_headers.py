@@ -29,19 +29,19 @@ MOST_METADATA = 40  # maximum number of lines with metadata in the columns befor
 
 
 class HeaderError(ValueError):
-    """Error about a declared header that is incomplete, or columns with several time bases."""
+    """Error about an incomplete declared header, or about columns with different time bases."""
 
 
 @dataclass(frozen=True)
 class DeclaredHeader:
-    """Header of a file; lines are counted from 0.
+    """Header that the instrument declares in a file; lines are counted from 0.
 
     labels: names and units of the columns, and the sample interval.
-    header: line with the names; None if there is none.
-    unit: line with the units; None if there is none.
-    first: line of the first row of numbers.
+    header: number of the line with the names; None if there is no such line.
+    unit: number of the line with the units; None if there is no such line.
+    first: number of the line with the first row of numbers.
     commented: True if a row may have a comment as an additional last cell.
-    trailer: text of a last line that ends the samples; "" if there is none.
+    trailer: text of a last line that ends the samples; "" if there is no such line.
     metadata: number of columns with metadata before the columns of the samples.
     """
 
@@ -69,7 +69,7 @@ def declared_header(rows: Rows, number: Number, is_number: IsNumber) -> Declared
     """Return the header that the instrument declares; None if no instrument is recognised.
 
     rows: cells of the first lines of the file.
-    number: function from a cell to its number, or None.
+    number: function that returns the number in a cell, or None.
     is_number: function that returns True if a cell is a number or a time.
 
     Raises HeaderError if the declared header is incomplete.
@@ -93,8 +93,8 @@ X_VALUE = "X_Value"
 def labview_dialect(lines: Sequence[str]) -> tuple[str | None, str | None, int]:
     """Return the delimiter, the decimal mark, and the index of the first line of samples.
 
-    Delimiter and mark are values of `Layout`, None if not declared. The index is 0 if the file is
-    not a LabVIEW measurement.
+    Delimiter and mark are values of `Layout`; they are None if not declared. The index is 0 if the
+    file is not a LabVIEW measurement.
     """
     if not lines or not lines[0].startswith(LABVIEW):
         return None, None, 0
@@ -145,7 +145,6 @@ def _read_labview(rows: Rows, number: Number, is_number: IsNumber) -> DeclaredHe
 def _labview_clock(
     row: Sequence[str], keys: dict[str, Sequence[str]], number: Number, seconds: bool
 ) -> tuple[str | None, float | None, float]:
-    """Return (clock, interval [ns], start [ns]); (None, None, 0) if the rows have times."""
     if row[0]:
         return None, None, 0.0
     steps = {number(cell) for cell in keys.get("delta_x", ())[1:] if cell}

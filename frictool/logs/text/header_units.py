@@ -35,7 +35,7 @@ _AFTER_SLASH = re.compile(r"([^/]*\S)\s*/\s*(\S+)")
 
 
 def spelled(text: str) -> str | None:
-    """Return the unit `text` in the spelling of the units library; None if it states no unit.
+    """Return the unit `text` in the spelling of the units library; None if it is not a unit.
 
     >>> spelled("[r/min]"), spelled("VOLT"), spelled(" - ")
     ('rpm', 'V', None)

@@ -1,4 +1,4 @@
-"""Reader of JSON lines, with one object per line; the path of a number is the name of its column.
+"""Reader of JSON lines: files with one object per line. The path of a number is its column name.
 
     {"t": 0.001, "axis": {"pos": [0.1, 0.2]}}  ->  t, axis.pos[0], axis.pos[1]
 
@@ -8,7 +8,8 @@ sample is a row; the numbers outside the list are constant columns.
     {"kp": 32, "entries": [{"position": 0.1}, {"position": 0.2}]}  ->  kp, position
 
 The first key with a date or a time of day gives the times of the rows. A line that contains none of
-the requested numbers gives no row; a single missing number is an empty cell.
+the requested numbers gives no row. If a line lacks only some of these numbers, the missing numbers
+are empty cells.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ class JsonLinesTable:
             )
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with this name or number (from 1), or None."""
+        """Return the name of the column whose name or number (from 1) is `wanted`, else None."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:

@@ -31,7 +31,7 @@ class RowIssue:
     row: index of the row in the batch.
     kind: CELL, ROW or CUT (kernels/row_scanner.py).
     line: number of the line in the file.
-    what: index of the column if `kind` is CELL, number of cells if it is ROW.
+    what: index of the column if `kind` is CELL; number of cells if `kind` is ROW.
     text: bytes of the cell or row.
     """
 
@@ -68,7 +68,7 @@ class TextWindow:
     """Text that the row scanner has not used yet; pieces of the file are appended to it.
 
     pieces: iterator over the pieces of the file.
-    skipped: number of bytes at the start of the text that are left out.
+    skipped: number of bytes that are left out at the start of the text.
     """
 
     def __init__(self, pieces: Pieces, skipped: int) -> None:
@@ -93,7 +93,7 @@ class TextWindow:
         self._begin += count
 
     def more(self) -> None:
-        """Append the next piece of the file; set `last` if there is none."""
+        """Append the next piece of the file; set `last` if no piece is left."""
         piece = b""
         while not piece and not self.last:
             taken = next(self._pieces, None)

@@ -75,10 +75,10 @@ def _looks_wide(head: bytes) -> bool:
 
 
 def text_bytes(path: Path, encoding: TextEncoding) -> Iterator[tuple[bytes, int]]:
-    """Yield the text piece by piece, each with the number of bytes of the file read so far.
+    """Yield (piece of the text, number of bytes of the file read so far).
 
-    UTF-16 is converted to UTF-8; other encodings are unchanged. Raises LogError if the file cannot
-    be read.
+    UTF-16 is converted to UTF-8; text in other encodings is unchanged. Raises LogError if the file
+    cannot be read.
     """
     plain = _Transcoder(encoding)
     try:
@@ -115,5 +115,5 @@ class _Transcoder:
 
 
 def decoded(data: bytes, encoding: TextEncoding) -> str:
-    """Return a part of the text as str, with the replacement character for invalid bytes."""
+    """Return a part of the text as str; invalid bytes become the replacement character."""
     return data.decode("latin-1" if encoding.name == "latin-1" else "utf-8", "replace")

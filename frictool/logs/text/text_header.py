@@ -66,9 +66,9 @@ def trimmed(row: Sequence[str]) -> Sequence[str]:
 def first_row(rows: Rows, is_number: IsNumber) -> int | None:
     """Return the index of the first row of numbers; None if there is none.
 
-    This row has the most frequent number of cells, and numbers in most of the numeric columns
-    (module docstring). A row such as `Probe Attenuation,10,10`, with a text in the first column
-    although this column is numeric, is metadata if no row of numbers follows.
+    This row has the most frequent number of cells. It has numbers in most of the numeric columns,
+    which are defined at the top of this file. A row such as `Probe Attenuation,10,10`, with a text
+    in the first column although this column is numeric, is metadata if no row of numbers follows.
     """
     numeric = [(index, row) for index, row in enumerate(rows) if any(map(is_number, row))]
     if not numeric:
@@ -97,7 +97,7 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
 
 
 def _stands_over_units(rows: Rows, index: int) -> bool:
-    """Return True if a line with numbers contains the names of an oscilloscope's columns.
+    """Return True if a line contains column names of an oscilloscope that are partly numbers.
 
     An example is `x-axis,1,2` above `second,Volt,Volt`.
     """
@@ -171,8 +171,8 @@ def labels(
     """Return names and units of the columns, and the sample interval of the rows.
 
     first: index of the first row of numbers.
-    header, unit: indices of the lines with names and units; None for a missing line.
-    number: function from a cell to its number, or None.
+    header, unit: indices of the lines with the names and with the units; None for a missing line.
+    number: function that returns the number in a cell, or None.
     """
     names = list(rows[header]) if header is not None else []
     beneath = list(rows[unit]) if unit is not None else []
@@ -219,10 +219,6 @@ def _label(
 def _steps_beneath(
     names: Sequence[str], beneath: Sequence[str], number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """Return ("increment", increment [ns], start [ns]) from the line below the names.
-
-    The result is None if there is no column `increment`.
-    """
     values = {name.lower(): number(cell) for name, cell in zip(names, beneath, strict=False)}
     increment = values.get(INCREMENT)
     start = values.get(START) or 0.0
@@ -234,10 +230,6 @@ def _steps_beneath(
 def _steps_in(
     rows: Rows, end: int, number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """Return (key, sample interval [ns], 0) from a metadata line `key, number`.
-
-    The unit is part of the key or follows the number. The result is None if there is no such line.
-    """
     for row in rows[:end]:
         value = number(row[1]) if len(row) > 1 else None
         if value is None or not 0.0 < value < math.inf:
@@ -252,7 +244,7 @@ def _steps_in(
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """Return the names; the column number is appended to each missing or repeated name."""
+    """Return the names, with the column number appended to each missing or repeated name."""
     count = Counter(names)
     return [
         name if name and count[name] == 1 else f"{name} (column {number})".strip()

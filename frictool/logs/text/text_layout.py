@@ -1,4 +1,4 @@
-"""Detection of a text file's layout from its first lines; bench.yaml takes precedence."""
+"""Detection of a text file's layout from its first lines. Keys in bench.yaml take precedence."""
 
 from __future__ import annotations
 
@@ -41,19 +41,21 @@ MOST_LINES = 200  # maximum number of lines examined
 
 @dataclass(frozen=True)
 class TextLayout:
-    """Layout of a text file; lines count from 1, and 0 means that there is no such line.
+    """Layout of a text file.
+
+    Lines are numbered from 1. The number 0 means that there is no such line.
 
     names, units: names and units of the columns.
     header_line, unit_line: lines with the names and with the units.
     first_line: line of the first row of numbers.
-    clock: name of the source of the times in messages; None if the file has no times or a numeric
-        column of times.
-    stamps: index of the column with dates or times of day; None if there is none.
+    clock: name of the source of the times, for messages; None if the file has no times, or has a
+        numeric column of times.
+    stamps: index of the column with dates or times of day; None if there is no such column.
     dates: order of the parts of these dates (kernels/iso8601.py).
     period_ns, start_ns: interval and start of the rows in ns, from a line above the numbers or
         from bench.yaml.
     commented: True if a row may have a comment as an additional last cell.
-    trailer: text of a last line that ends the samples; "" if there is none.
+    trailer: text of a last line that ends the samples; "" if there is no such line.
     metadata: number of columns with metadata before the columns of the samples.
     """
 
@@ -165,9 +167,9 @@ def find_layout(
 def _header(
     path: Path, rows: list[list[str]], layout: Layout, value: Number, is_number: IsNumber
 ) -> DeclaredHeader:
-    """Return the header that the instrument declares or, without one, the detected header.
+    """Return the header that the instrument declares; if there is none, the detected header.
 
-    If bench.yaml gives the line of the header, this line takes precedence over both.
+    If bench.yaml gives the line of the header, this line is used instead of both.
     """
     after = max(layout.header_line or 0, layout.unit_line or 0)
     if layout.header_line is None and layout.unit_line is None and layout.first_line is None:
