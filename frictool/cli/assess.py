@@ -52,7 +52,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--noise",
     type=positive,
-    help=("Standard deviation of the measured drive [A | V].  [default: 0.2 % of its limit]"),
+    help=("Standard deviation of the measured drive [A | V].  [default: 0.2 % of the drive limit]"),
 )
 @click.option(
     "--effort",

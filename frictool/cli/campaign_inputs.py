@@ -79,7 +79,7 @@ def setting_of(
             plant.bench if isinstance(plant, Model) else controller.bench,
         )
     if scenario.variants in ("vertices", "random"):
-        note(f"note: variants of {paths.scenario.name} are not used: a campaign draws its plants")
+        note(f"note: the campaign draws plants and ignores variants of {paths.scenario.name}")
     return CampaignSetting(plant, controller, scenario, spec, log, names, number), paths
 
 
@@ -114,7 +114,7 @@ def header_of(
 ) -> dict[str, Any]:
     """Return the values that identify a campaign, for its stored results.
 
-    `count`: number of draws; included only if the draws of `method` depend on it.
+    `count`: number of draws; included only if the draws of `method` depend on this number.
     """
     from frictool import __version__
     from frictool.documents.provenance import digest

@@ -97,7 +97,7 @@ def command(
             require_folder(output)
             refuse_inputs(output, inputs)
         if output.is_file() and not _is_page(output):
-            raise OutputError(f"{output}: is a file; name a page (.html) or a folder")
+            raise OutputError(f"{output}: is a file; name an HTML page (.html) or a folder")
     setting = _setting(parameters)
     from frictool.compare.comparison import compare
     from frictool.compare.law_simulator import LawSimulator

@@ -34,7 +34,7 @@ def shows_progress() -> bool:
 
 
 def say(text: str, output: Path | None = None) -> None:
-    """Print text on stdout, or on stderr if `output` says that stdout carries the output."""
+    """Print text on stdout, or on stderr if the output file `output` is stdout."""
     click.echo(printable(text), err=output == STDOUT)
 
 
@@ -44,7 +44,7 @@ def note(text: str) -> None:
 
 
 def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
-    """Warn that a command uses a single temperature, if the model's friction depends on it.
+    """Warn that a command uses one temperature, if the model's friction depends on temperature.
 
     vertices: True if the command designs a controller for the vertices of the model.
     """
@@ -73,7 +73,7 @@ def use_colour(to_stderr: bool) -> bool:
 
 
 def print_json(form: str, value: dict[str, Any], output: Path | None = None) -> None:
-    """Print a JSON object on stdout, or on stderr if `output` says that stdout carries the output.
+    """Print a JSON object on stdout, or on stderr if the output file `output` is stdout.
 
     form: name and version of the object's format (json_formats.yaml), written as the first key of
     the object. Values that are not finite become null.

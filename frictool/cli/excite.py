@@ -94,7 +94,7 @@ positive = FiniteRange(0.0, min_open=True)
     "--duration",
     type=positive,
     help=(
-        "Duration of sine, sines or speeds, or with --for of the most precise test [s].  "
+        "Duration of a sine, sines or speeds test; with --for, of the most precise test [s].  "
         "[default: 10, 30, 60]"
     ),
 )
@@ -134,7 +134,7 @@ positive = FiniteRange(0.0, min_open=True)
     type=positive,
     help=(
         "With --for: standard deviation of the measured drive [A | V].  "
-        "[default: 0.2 % of its limit]"
+        "[default: 0.2 % of the drive limit]"
     ),
 )
 @click.option(

@@ -115,10 +115,10 @@ def _check(run: PreciseRun) -> None:
     both = {name in RAMPS for name in run.wanted} == {True, False}
     if both and run.precise["ramps"] is None:
         raise click.UsageError(
-            "--for breakaway with other parameters makes two tests; give --ramps FILE for the "
-            "ramps."
+            "--for with breakaway and other parameters makes two tests; name the file of the "
+            "breakaway ramps with --ramps FILE."
         )
     if not both and run.precise["ramps"] is not None:
         raise click.UsageError(
-            "--ramps is for --for with breakaway and other parameters; leave it out."
+            "--ramps is used only if --for names breakaway and other parameters; leave out --ramps."
         )

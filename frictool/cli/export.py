@@ -147,7 +147,7 @@ def command(
 
     unknown = [name for name in without if name not in FEATURES]
     if unknown:
-        raise click.UsageError(f"--without {unknown[0]}: allowed: {', '.join(FEATURES)}.")
+        raise click.UsageError(f"--without: found {unknown[0]}; allowed: {', '.join(FEATURES)}.")
     model = load(document, Model)
     note_temperature(document, model)
     words = command_line(
@@ -245,8 +245,8 @@ def _export_controller(
     if result.is_budget_unchecked:
         assert result.target is not None
         note(
-            f"warning: {result.target.missing} is not on the PATH; the budget of the bench "
-            "(target) is not checked; install it"
+            f"warning: {result.target.missing} is not on the PATH, so that the budget in the key "
+            "`target` of the bench is not checked; install this program"
         )
         click.get_current_context().exit(EXIT_NO)
 

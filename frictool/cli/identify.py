@@ -96,7 +96,7 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
     type=existing,
     help=(
         "CSV of single breakaways, in place of ramps: effort [N m | N] and rate of the ramp (any "
-        "unit), with these names or in this order."
+        "unit), as columns with these names or in this order."
     ),
 )
 @click.option(

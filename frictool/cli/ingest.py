@@ -32,11 +32,11 @@ RAW is a file of any format that frictool reads; its content determines the form
 bench assigns columns to channels, and everything is converted to SI. A canonical log needs no
 conversion. The first file becomes /axis, each further file of the same rig /axis/NAME.
 
---from and --to keep the part of the log between two times. --resample puts all streams on one grid
-as /axis. Commands, drives and efforts keep their last value, other signals are interpolated
-linearly, and nothing is extrapolated. There is no filter: do not resample fast signals to a longer
-period. --salvage keeps the readable part of a damaged file and lists the losses; the exit code is
-then 3.
+--from and --to keep the part of the log between two times. --resample joins all streams to one
+stream /axis with a constant period: commands, drives and efforts keep their last value, other
+signals are interpolated linearly, and nothing is extrapolated. There is no filter: do not resample
+fast signals to a longer period. --salvage keeps the readable part of a damaged file and lists the
+losses; the exit code is then 3.
 """
 
 
@@ -89,7 +89,7 @@ then 3.
 @click.option(
     "--date",
     metavar="DATE",
-    help=("Date of the recording (2026-01-03, or with T08:15:00), if the log contains none."),
+    help="Date of the recording (2026-01-03 or 2026-01-03T08:15:00), if the log contains no date.",
 )
 @click.option(
     "--salvage", is_flag=True, help="Keep the readable part of a damaged file; exit code 3."

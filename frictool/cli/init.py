@@ -80,7 +80,7 @@ def command(
     from frictool.cli.output_folder import save_folder
 
     if layout_texts and log is None:
-        raise click.UsageError("--layout belongs to --from: it is the layout of the log.")
+        raise click.UsageError("--layout belongs to --from LOG, and states the layout of the log.")
     if example is not None:
         if axis is not None or log is not None:
             raise click.UsageError("--example does not work with --axis or --from.")

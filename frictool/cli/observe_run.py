@@ -46,7 +46,7 @@ LOG is a canonical log, or a raw file with the columns of the model's bench; - i
 writes the estimates as a log, --plot draws them.
 
 With a folder or several logs, the result is a table with one row per log: unit, date, wear,
-interval, verdict, and the ratio of the wear to that of the unit's first log, or of --commissioning.
+interval, verdict, and the wear divided by the wear in the unit's first log or in --commissioning.
 --plot draws the wear over the date. A log that cannot be read has a row with the reason.
 
 Exit codes: 1 if the wear limit is exceeded or a log leaves it undecided; else 3 if a log could not

@@ -25,9 +25,9 @@ Example:
 Design the next test of a bench, and write it. Without logs, the test consists of ramps of the
 drive: they show the breakaway, and the sign of the encoder relative to the drive. The second test
 consists of strokes, for friction and inertia. With the logs of these two tests, the command
-searches for a controller that meets the specification on every plant within the intervals. If there
-is one, the last test is for `frictool validate`. If there is one for the identified values only,
-the next test halves the intervals.
+searches for a controller that meets the specification on every plant within the intervals. If it
+finds a controller, the last test is for `frictool validate`. If a controller exists for the
+identified values only, the next test halves the intervals.
 
 Each test respects the limits of travel, speed and drive for every axis within the bench's ranges.
 `frictool simulate --as-bench` plays a test without hardware.
@@ -52,7 +52,7 @@ controller; 4 if no controller meets the specification.
 @click.option(
     "--model",
     type=NamedPath(writes=("YAML",)),
-    help="Write the identified model (YAML); with --narrow, only with the intervals of the logs.",
+    help="Write the identified model (YAML); with --narrow, it has the intervals of the logs only.",
 )
 @click.option(
     "-o",

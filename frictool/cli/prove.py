@@ -29,13 +29,13 @@ breakaway, backlash and lag of the axis. Every rounding error is bounded.
 The start positions are divided into intervals, in each of which all starts give the same encoder
 readings at every sample. The controller runs on these readings; the motion of the axis is enclosed
 in bounds. Each requirement is proved, refuted by a start that `frictool simulate` replays, or
-undecided. Modulus margin and drive peak are proved for every plant with parameters between their
-limits, by the certificate and by the drive limit. All other requirements are proved for the plants
+undecided. For every plant with parameters between their limits, the certificate proves the modulus
+margin, and the drive limit proves the drive peak. All other requirements are proved for the plants
 of the scenario only; `frictool campaign` draws other plants.
 
 --box-minutes searches for cells of the parameter box, for which response time, overshoot, static
 error and rest are proved for every plant. The proof then lists the cells; the requirements state
-their share of the volume of the box.
+which share of the volume of the box the cells fill.
 
 The proof contains its documents. `frictool verify` proves it again from the file alone.
 

@@ -32,8 +32,8 @@ a chain are added, and resonances above a bandwidth are dropped.
 Each step states what it neglects, its expected error and its measured error. For the measured
 error, every step and the final model are simulated under the same commands as the whole mechanism;
 with --controller and --scenario also in the closed loop. If a measured error is above --tolerance,
-or an expected one is not covered by an interval of the model, nothing is written and the exit code
-is 4. If a step is impossible, --reduced writes the mechanism of the steps before it.
+or an expected error is not covered by an interval of the model, nothing is written and the exit
+code is 4. If a step is impossible, --reduced writes the mechanism after the last possible step.
 """
 
 

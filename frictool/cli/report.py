@@ -194,9 +194,9 @@ def _of_this_controller(log: Log, controller: Path, document: Controller) -> Non
         raise LogError(
             log.source,
             (
-                f"was simulated with the speed of a {observed}; {controller} contains no "
-                "observer, and the controller's margins do not apply to this log; simulate the "
-                "controller of `frictool observe loop`"
+                f"was simulated with a {observed}, but {controller} contains no observer, so that "
+                "the controller's margins do not apply to this log; simulate the controller of "
+                "`frictool observe loop`"
             ),
         )
     inputs = [

@@ -67,11 +67,11 @@ that controller.
 code, compiled here.
 
 --excitation plays a test of `frictool excite` as the bench would. Ramps follow the rule stored in
-the test. A reference is followed by the bench's position controller: {LAW}.
+the test. For a test with a reference, the bench's position controller is simulated: {LAW}.
 
 --as-bench MODEL TEST does the same without further options: the gains follow from the bench's delay
 and encoder, the loop has a feedforward computed with the bench's values, and the measured drive has
-a noise of 0.2 % of its limit. TEST may be a CSV of a reference.
+a noise of 0.2 % of the drive limit. TEST may be a CSV of a reference.
 """
 
 
@@ -113,7 +113,7 @@ a noise of 0.2 % of its limit. TEST may be a CSV of a reference.
     type=FiniteRange(0.0),
     help=(
         "With --excitation: standard deviation of the measured drive [A | V]. [default: 0; "
-        "--as-bench: 0.2 % of its limit]"
+        "--as-bench: 0.2 % of the drive limit]"
     ),
 )
 @click.option(
@@ -149,8 +149,8 @@ def command(
         raise click.UsageError("--events works with a mechanism and a scenario only.")
     if as_bench != (test is not None) or (as_bench and excitation is not None):
         raise click.UsageError(
-            "--as-bench needs the arguments MODEL TEST, and TEST needs --as-bench; leave out "
-            "--excitation."
+            "allowed: --as-bench with both MODEL and TEST and without --excitation; without "
+            "--as-bench, TEST is not allowed."
         )
     excitation = excitation or test
     inputs = [
@@ -167,7 +167,7 @@ def command(
     if excitation is not None:
         if any(option is not None for option in (controller, scenario, observer, target, number)):
             names = "--controller, --scenario, --observer, --target and --number"
-            raise click.UsageError(f"--excitation works without {names}; leave these options out.")
+            raise click.UsageError(f"--excitation does not work with {names}; leave these out.")
         if as_bench:
             if gains.closed:
                 raise click.UsageError(
@@ -182,7 +182,8 @@ def command(
         text = bench_text
     elif scenario is None:
         raise click.UsageError(
-            "give --controller and --scenario, or --excitation; a mechanism needs only --scenario."
+            "give either --controller and --scenario, or --excitation; for a mechanism, --scenario "
+            "is enough."
         )
     elif gains.closed or drive_noise is not None or seed is not None:
         raise click.UsageError(
@@ -194,7 +195,7 @@ def command(
         )
     elif target is not None and observer is not None:
         raise click.UsageError(
-            "the code in --target computes its speed signal itself; export the controller of "
+            "the code in --target computes the speed signal itself; export the controller of "
             "`frictool observe loop`, and leave out --observer."
         )
     elif controller is None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def with_observer_option(document: Controller, observer: Path | None) -> Controller:
-    """Return the controller with `observer` as the source of its speed; unchanged if it is None."""
+    """Return the controller with its speed from `observer`; unchanged if `observer` is None."""
     if observer is None:
         return document
     from frictool.documents.observer import Observer

@@ -42,13 +42,13 @@ Methods (`method` of the design), and the use of each:
 {METHOD_ROWS}
 
 The loop is rebuilt from the stored coefficients and sampled at the bench's period. It must be
-stable at every vertex with the bench's computational delay (on a bench without delay also with 1
-sample), and have the specified modulus margin at that delay, also with coefficients rounded to the
-target's number format. Then stability, a norm and a modulus margin are proved for every constant
-plant of the intervals; `frictool verify` proves them again. For a loop that feeds back a speed
-(method pid in a cascade, also if a search selects it), the certificate contains no norm. The proof
-does not cover parameters that vary with time. If one of these steps fails, nothing is written and
-the exit code is 4.
+stable at every vertex with the bench's computational delay; on a bench without delay, it must also
+be stable with a delay of 1 sample. With the bench's delay, it must have the specified modulus
+margin, also with coefficients rounded to the target's number format. Then stability, a norm and a
+modulus margin are proved for every constant plant of the intervals; `frictool verify` proves them
+again. For a loop that feeds back a speed (method pid in a cascade, also if a search selects it),
+the certificate contains no norm. The proof does not cover parameters that vary with time. If one of
+these steps fails, nothing is written and the exit code is 4.
 
 Finally, the controller is simulated with the nominal plant, every vertex and 40 drawn plants, in
 four steps over the travel and a hold, or in the steps of --scenario. The last lines are the worst

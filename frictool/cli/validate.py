@@ -25,8 +25,8 @@ With the gains of the bench's controller, the measured reference drives the mode
 
 The force error is defined as in identify: the effort that the model lacks along the measured
 motion, at samples in slip and in the frequency band of the motion. The effort error of a closed
-loop is the measured minus the simulated effort. A relative error is its norm divided by the norm of
-the measured signal.
+loop is the measured minus the simulated effort. A relative error is the norm of the error divided
+by the norm of the measured signal.
 """
 positive = FiniteRange(0.0, min_open=True)
 

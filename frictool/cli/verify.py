@@ -65,7 +65,9 @@ def command(ctx: click.Context, document: Path, model: Path | None, as_json: boo
 
     if is_format(document, "proof"):
         if model is not None:
-            raise click.UsageError("--model belongs to a controller; a proof contains its model.")
+            raise click.UsageError(
+                "--model works with a controller only; a proof contains the model."
+            )
         _verify_proof(ctx, load(document, Proof), as_json)
         return
     from frictool.verify.recheck import verify

@@ -470,7 +470,7 @@ def test_a_layout_that_would_be_ignored_is_refused(tmp_path: Path) -> None:
     log.write_text(AMBIGUOUS)
     for call, message in (
         (("ingest", log, "-o", tmp_path / "x.mcap"), "--layout belongs to --guess"),
-        (("init", tmp_path / "rig"), "--layout belongs to --from"),
+        (("init", tmp_path / "rig"), "--layout belongs to --from LOG"),
         (("info", log, "--bench", log), "--layout does not work with --bench"),
     ):
         result = run(*call, *option)
