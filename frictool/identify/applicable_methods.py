@@ -57,7 +57,7 @@ def _nothing_to_use(stream: StreamSurvey, kind: str | None) -> str | None:
     if broken > MOST_BROKEN:
         return (
             f"{100 * broken:.0f} % of the sample intervals differ from the period (allowed: "
-            f"{100 * MOST_BROKEN:g} %); resample first"
+            f"at most {100 * MOST_BROKEN:g} %); resample first"
         )
     return None
 
@@ -87,7 +87,7 @@ def _too_rough(stream: StreamSurvey) -> str | None:
     share = step / distance
     return (
         f"one encoder count is {100 * share:.2g} % of the distance per sample at top speed "
-        f"(allowed: {100 * COARSEST:g} %)"
+        f"(allowed: at most {100 * COARSEST:g} %)"
         if share > COARSEST
         else None
     )

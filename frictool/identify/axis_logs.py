@@ -30,15 +30,15 @@ class AxisLogs:
     """Logs of one axis, the bench of the axis, and the requested method.
 
     - sliding: records of sliding motion, without the intervals in which the effort is constant;
-      empty if `unmeasured` is not None
+      empty if `unmeasured` states a reason
     - ramps: records of breakaway ramps
     - rows: slipping samples of the sliding records
     - kinds: kind of each log, `sliding` or `ramp`; the key is the name of the log
     - warnings: warnings about the logs
-    - unmeasured: reason why the effort or the position of a sliding record is not a valid
-      measurement; None if both are valid
+    - unmeasured: reason why a sliding record has no valid measurement of effort or position; None
+      if all records have valid measurements
     - drive_off: True if the drive was off in the sliding records (`coast_down.py`)
-    - unused_ramps: reason why a log of ramps is not one of `ramps`; None if there is no such log
+    - unused_ramps: reason why a log of ramps was left out of `ramps`; None if none was left out
     """
 
     sliding: list[MotionRecord]

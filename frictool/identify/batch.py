@@ -40,7 +40,7 @@ class LogGroup:
     """Logs from which one model is identified.
 
     - name: name of the model file, without its suffix
-    - words: command line that identifies this model without the other groups
+    - words: command line that repeats the identification of this group alone
     """
 
     name: str
@@ -128,7 +128,6 @@ def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
 
 
 def _names(called: list[PurePosixPath]) -> list[str]:
-    """Return a unique name for each path: without its suffix if that is unique, else numbered."""
     plain = [one.with_suffix("").as_posix() for one in called]
     whole = [
         short if plain.count(short) == 1 else one.as_posix()
@@ -146,8 +145,8 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker process.
 
-    - bench: bench as YAML text. The model repeats the bench as it was written, and a pickled
-      `Bench` does not state which of its fields were left out.
+    - bench: text of the bench in YAML. A pickled `Bench` would not state which fields the text
+      leaves out, and the model repeats the bench as it was written.
     - bench_input: entry of the bench in the model's provenance
     - patterns: patterns that extract unit and date from the file name of a log
     """
@@ -253,8 +252,8 @@ def identify_groups(
 ) -> Iterator[tuple[int, BatchResult]]:
     """Yield the index and the result of each group, in the order of completion.
 
-    Groups with less than WORTH_SHARING bytes in total are processed in this process, unless `cores`
-    is set.
+    If all logs together have less than WORTH_SHARING bytes and `cores` is None, this process
+    identifies all groups.
 
     - cores: number of processes; None lets the program choose
     - cluster: address of a Dask cluster, used in place of local processes

@@ -117,7 +117,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Return scatter and tests for each parameter that at least two models contain."""
+    """Return scatter and scatter tests of each parameter that at least two models contain."""
     values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:
@@ -207,7 +207,7 @@ def _p(p: float) -> str:
 def as_json(
     batch: Sequence[BatchResult], parameters: dict[str, Population], bench: Bench
 ) -> dict[str, Any]:
-    """Return the batch as JSON: the output of `identify --json` per model, and the populations."""
+    """Return the batch as JSON values: the JSON view of each model, and the populations."""
     return {
         "models": [
             {

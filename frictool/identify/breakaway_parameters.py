@@ -121,11 +121,11 @@ def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws 
 def _inertia_over_position(
     logs: AxisLogs, outcome: Outcome, fit: SlidingFit
 ) -> tuple[Outcome, str | None]:
-    """Return the outcome with the inertia for friction that varies with position, and a text.
+    """Replace an inertia that was fitted under the assumption of constant friction.
 
-    An inertia that was fitted under the assumption of constant friction is removed. With method
-    `auto`, the weak form fits the inertia together with friction that varies with position, if
-    possible. The text names the methods and says why they were chosen, or is None.
+    With method `auto`, the weak form fits the inertia together with friction that varies with
+    position, if the logs allow this. Otherwise, the inertia is refused. The returned text says why
+    the methods were chosen, or is None.
     """
     if fit.details.get("position_order"):
         return outcome, fit.why
@@ -144,7 +144,7 @@ def _inertia_over_position(
 
 
 def without_impossible_breakaway(outcome: Outcome) -> Outcome:
-    """Return the outcome; a constant breakaway that is below Coulomb friction is refused."""
+    """Return the outcome; refuse a constant breakaway below Coulomb friction."""
     identified, ramp = outcome.identified, outcome.ramp
     if (
         ramp is None

@@ -2,9 +2,10 @@
 
     0 = inertia a + viscous v + coulomb sign(v) + offset + declared loads
 
-If the effort is zero, the motion determines only the ratio of each parameter to the inertia. The
-inertia is taken from the bench, and its interval widens the intervals of the other parameters. The
-ratios do not depend on the bench and are reported as well.
+Here a is the acceleration and v the velocity. With zero effort, the motion determines only the
+ratio of each parameter to the inertia. The inertia is taken from the bench, and its interval widens
+the intervals of the other parameters. The ratios do not depend on the bench and are reported as
+well.
 """
 
 from __future__ import annotations
@@ -73,8 +74,9 @@ def coast_down(
                 raise UnusableLogs(fit.refused[name])
         raise UnusableLogs(
             "the drive was off; friction does not explain "
-            f"{100.0 * misfit:.3g} % of the deceleration (limit {100.0 * LARGEST_MISFIT:g} %): "
-            "a hand or load moved it; declare load.terms: [offset, spring] or [offset, gravity]"
+            f"{100.0 * misfit:.3g} % of the deceleration (allowed: at most "
+            f"{100.0 * LARGEST_MISFIT:g} %): a hand or load moved the axis; declare load.terms: "
+            "[offset, spring] or [offset, gravity]"
         )
     for name in ("viscous", "coulomb"):
         if name in ratios.parameters and ratios.parameters[name].high < 0.0:
@@ -107,7 +109,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Return the interval of a parameter fitted at `inertia.value`, for all values of `inertia`."""
+    """Widen an interval fitted with the inertia `inertia.value` to all values of `inertia`."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

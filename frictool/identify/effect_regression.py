@@ -66,7 +66,7 @@ class AcceptedEffects:
     - shift: change of each sliding parameter when these effects are added to the model
     - held_out: squared prediction error of the effort in strokes left out of the fit, divided by
       the error without the effects
-    - scatter: half width of the interval of each shift; a parameter that is not a key has 0
+    - scatter: half width of the interval of each shift; 0 for a parameter that is not a key
     """
 
     what: tuple[str, ...]
@@ -116,9 +116,9 @@ class EffectRegression:
         return out
 
     def scatter(self, more: Sequence[Hypothesis] = ()) -> dict[str, float]:
-        """Return the half width that the scatter of the residual between bins adds to intervals.
+        """Return half widths of all parameters from the scatter of the residual between bins.
 
-        The model is extended by the hypotheses `more`. The result contains all its parameters.
+        The fitted model is the model with the hypotheses `more` added.
         """
         rows = self.rows
         used = [*self.used, *more]
@@ -266,8 +266,8 @@ class EffectRegression:
     def rates(self, effect: Hypothesis) -> dict[str, float]:
         """Return the change of each free parameter per unit of the coefficient of `effect`.
 
-        The effect has one coefficient. The result is empty if the rows do not determine this
-        coefficient.
+        `effect` must have a single coefficient. The result is empty if the rows do not determine
+        this coefficient.
         """
         alone = self._values(self.used)
         values = self._values([*self.used, effect])
@@ -279,10 +279,10 @@ class EffectRegression:
     def encoder_gain(self, known: float) -> AcceptedEffects | None:
         """Return the shift of the parameters that an eccentric encoder can cause.
 
-        Over less than a turn, the eccentricity mainly multiplies the position by a gain within
-        1 +- `known`, which the log hardly determines. The shift of a parameter is
-        therefore limited to `known` times the parameter. Return None if the eccentricity is not in
-        `free`, or if it does not improve the prediction of strokes left out of the fit.
+        Over less than a turn, the eccentricity mainly multiplies the position by a gain within 1 +-
+        `known`. The log hardly determines this gain. The shift of a parameter is therefore limited
+        to `known` times the parameter. Return None if the eccentricity is not in `free`, or if it
+        does not improve the prediction of strokes left out of the fit.
         """
         eccentric = next((one for one in self.free if one.term == ECCENTRICITY), None)
         if eccentric is None:
@@ -362,7 +362,7 @@ class EffectRegression:
     def _plausible(self, more: Sequence[Hypothesis], hypotheses: Sequence[Hypothesis]) -> float:
         """Return the factor (at most 1) that limits the rms effort of the hypotheses `more`.
 
-        The limit is LARGEST_EFFORT times the rms effort, or the rms residual if that is larger.
+        The limit is the larger of the rms residual and LARGEST_EFFORT times the rms effort.
         """
         samples = self.rows.samples
         size = float(np.sqrt(np.mean((samples.effort + samples.known_effort) ** 2)))
@@ -385,8 +385,8 @@ def effect_regression(
     """Return the regression of the effort; None if no sample slips or all parameters are fixed.
 
     `smoother` multiplies the length of the smoothing windows. If `hides` is True, the inertia is
-    fixed, at its value in `fit` or else in the bench, if noise of the acceleration reduces it by
-    more than the half width of its interval.
+    fixed when noise of the acceleration reduces the fitted inertia by more than the half width of
+    its interval. The fixed value is that of `fit` or, if `fit` has no inertia, that of the bench.
     """
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:

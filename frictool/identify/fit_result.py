@@ -58,7 +58,7 @@ class Interval:
 def intervals_around(
     names: Iterable[str], values: Iterable[float], half: Iterable[float]
 ) -> dict[str, Interval]:
-    """Return for each name the interval value +- half width; surplus values are ignored."""
+    """Return for each name the interval value +- half width; surplus values are left out."""
     return {
         name: Interval.around(value, reach)
         for name, value, reach in zip(names, values, half, strict=False)
@@ -70,7 +70,7 @@ class TriedModel:
     """Model that was compared with other models on strokes left out of the fit.
 
     - position_error: rms position error, rad | m
-    - force_error: force error, relative (`force_error.py`)
+    - force_error: relative force error, defined in `force_error.py`
     - chosen: True for the model that was selected
     """
 
@@ -82,7 +82,7 @@ class TriedModel:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Part of the effort in addition to inertia, viscous friction, Coulomb friction and offset.
+    """Part of the effort that inertia, viscous and Coulomb friction and offset do not explain.
 
     - name: name in `load.terms`
     - what: physical name for messages
@@ -91,7 +91,7 @@ class Explanation:
     - effort: rms effort of this part, N m | N
     - probability: p-value of the test that this part of the effort is 0
     - held_out: error in strokes left out of the fit, divided by the error without this part
-    - settle: advice on a change of the bench or a test that shows whether this part exists
+    - settle: advice: a change of bench.yaml or a test that would show whether this part exists
     - rivals: physical names of other explanations that predict the strokes equally well
     """
 
@@ -115,19 +115,19 @@ class SlidingFit:
       in the strokes of the fit; not comparable between methods
     - held_out_residual: the same ratio in strokes left out of the fit; None if it was not computed
     - condition: condition number of the regressor matrix
-    - samples: number of rows or samples in the fit
+    - samples: number of equations (rows) or of samples in the fit
     - details: numbers that are specific to the method
     - laws: laws of friction and load in addition to the sliding parameters, or None
     - effects: parameters of effects that were removed from the effort (`rows/effects.py`)
     - load: load terms of the fit if `auto` selected them, else None
     - explanations: parts of the effort that `auto` fitted or left in the residual
-    - method, why: name of the method, and the reason if it was chosen automatically
+    - method, why: name of the method, and why `auto` chose this method
     - dropped: parameters that were set to 0, since this does not worsen the prediction of strokes
       left out of the fit
-    - fixed: intervals, within the bench's, of the parameters that were not fitted
-    - force_error: force error (`force_error.py`), comparable between methods; None if no sample
-      slips
-    - tried: models that were compared
+    - fixed: intervals of the parameters that were not fitted, within the intervals in bench.yaml
+    - force_error: relative force error, defined in `force_error.py` and comparable between methods;
+      None if no sample slips
+    - tried: models that were compared on strokes left out of the fit
     - constants: identified constants of a servo
     """
 

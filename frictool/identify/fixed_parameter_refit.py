@@ -54,9 +54,9 @@ def refit(
 ) -> SlidingFit:
     """Fit the parameters that are not in `fixed` again, with the method and load terms of `fit`.
 
-    The parameters in `fixed` keep the values in `fixed`. A parameter that `auto` set to 0 stays 0.
-    An inertia that `auto` took from another method is kept. Raises UnusableLogs if the method
-    cannot use the records.
+    The values in `fixed` are not changed. A parameter that `auto` set to 0 stays 0. An inertia that
+    `auto` took from another method is kept. Raises UnusableLogs if the method cannot use the
+    records.
     """
     assert fit.method is not None
     fixed_settings = with_held(settings, fit, fixed)

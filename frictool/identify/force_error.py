@@ -148,10 +148,10 @@ def friction_in_slip(
     velocity: Vector,
     temperature: Vector | None = None,
 ) -> Vector:
-    """Return the friction force (n,) [N m | N] at positions and velocities (n,) in slip.
+    """Return the friction force (n,) [N m | N] of an axis that slips.
 
-    The friction has the sign of the velocity. `temperature` contains the temperatures (n,), degC;
-    None stands for the reference temperature of the laws.
+    The force has the sign of the velocity. `position`, `velocity` and `temperature` [degC] are
+    (n,). If `temperature` is None, the reference temperature of the laws is used.
     """
     warm = np.ones((2, velocity.size))
     if temperature is not None and laws is not None and laws.temperature is not None:

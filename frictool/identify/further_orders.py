@@ -74,7 +74,7 @@ def _columns(sign: Vector, position: Vector) -> Matrix:
 def _shift(
     columns: Matrix, further: Matrix, residual: Vector, prior: Vector
 ) -> tuple[Vector, Vector]:
-    """Return the mean and the added standard deviation (p,) of the shift by higher orders.
+    """Return the mean shift (p,), and the standard deviation (p,) that higher orders add.
 
     - columns, further: regressors (n, p) of the model, and (n, k) of the higher orders
     - residual: residual (n,) of the fit to `columns`

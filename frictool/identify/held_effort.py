@@ -2,8 +2,8 @@
 
 A current that was read too rarely lags by half of the time between two updates on average, which
 falsifies inertia and viscous friction. A drive with a slow controller, however, really keeps its
-effort constant between updates. Let y be the effort that the motion needs, and y_held the value of
-y at the last update:
+effort constant between updates. Let y be the effort that the motion needs, y_held the value of y at
+the last update, v the velocity and a the acceleration:
 
     logged effort = inertia a + viscous v + coulomb sign(v) + offset + declared loads
                     + b (y_held - y)
@@ -196,7 +196,7 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
 
 
 def _columns(rows: RegressionSamples) -> Vector:
-    """Return the regressors (n, p) of the effort, without an offset for motion in one direction."""
+    """Return the regressors (n, p) of the effort; motion in one direction has no offset column."""
     constant = () if rows.one_direction else (np.ones(rows.sign.size),)
     return np.column_stack(
         (rows.acceleration, rows.velocity, rows.sign, *constant, *rows.loads.values())

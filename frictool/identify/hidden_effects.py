@@ -6,14 +6,14 @@ Viscous friction that differs by direction resembles the offset: with the veloci
 effort c |v|, and |v| is nearly constant in strokes of one speed. The parameters absorb most of both
 effects. The residual hardly shows them, although real machines have them.
 
-Each effect is tried alone. The prior of its coefficient is a normal distribution with mean 0. With
-the standard deviation of the prior, the rms effort of the effect equals the rms of the lasting part
-of the residual, because a machine with other unmodelled effects may have this one, too. If no part
+Each effect is tried alone. The prior of its coefficient is a normal distribution with mean 0. A
+coefficient of one standard deviation gives the effect the rms effort of the lasting part of the
+residual, because a machine with other unmodelled effects may also have the tried effect. If no part
 of the residual lasts, no interval is widened.
 
 The mean square of the lasting part is the covariance of residuals of the same stroke at a distance
-of LASTING windows. Noise of effort and encoder does not contribute to it, because smoothing
-correlates noise over one window only.
+of LASTING windows. Noise of effort and encoder does not contribute to this covariance, because
+smoothing correlates noise over one window only.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
 def _shift(
     regression: EffectRegression, effect: Hypothesis, lasting: float
 ) -> AcceptedEffects | None:
-    """Return the shift by an effect whose rms effort has the standard deviation `lasting`."""
+    """Return the shift by an effect with the prior standard deviation `lasting` of its effort."""
     (column,) = effect.names
     fitted = regression.intervals([effect]).get(column)
     rates = regression.rates(effect)

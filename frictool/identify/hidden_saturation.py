@@ -17,7 +17,7 @@ reduces the largest efforts, and if one of two conditions holds:
   without the additional columns. This improvement must be significant over the strokes, or very
   large.
 
-Each comparison must have the same result if the stroke that supports it most is left out.
+Each comparison must have the same result without the stroke that supports the result most.
 """
 
 from __future__ import annotations

@@ -189,9 +189,9 @@ def _estimate(
 ) -> tuple[AxisLogs, SlidingFit | None, Outcome, WidenedFit | None]:
     """Return logs, fit of the sliding logs, outcome, and fit with intervals widened by effects.
 
-    In the returned logs, the fitted load is subtracted from the effort of the ramps. The first fit
-    has no parameter that is fixed at a value of the bench. Raises NothingIdentified if position and
-    drive of a sliding log have opposite signs.
+    In the returned logs, the fitted load is subtracted from the effort of the ramps. In the first
+    of the two fits, no parameter is fixed at a value of the bench. Raises NothingIdentified if
+    position and drive of a sliding log have opposite signs.
     """
     free = None
     wider = None

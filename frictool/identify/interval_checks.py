@@ -70,7 +70,7 @@ def _factor(interval: Interval) -> str:
     ratio = interval.high / interval.low if interval.low > 0.0 else float("inf")
     return (
         f"the log's interval [{interval.low:.4g}, {interval.high:.4g}] spans a factor of "
-        f"{ratio:.3g}; allowed: {LARGEST_FACTOR:g}"
+        f"{ratio:.3g}; allowed: at most {LARGEST_FACTOR:g}"
     )
 
 
@@ -94,9 +94,9 @@ def without_negative(name: str, interval: Interval, known: Quantity | None) -> I
 def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> Interval | None:
     """Return the intersection of the logs' interval and the range in bench.yaml.
 
-    The intersection contains the true value at the confidence of the interval, because the range in
-    bench.yaml contains the true value. The value of the result is the point of the intersection
-    that is nearest to the value of `interval`, and within the range in bench.yaml if possible.
+    The intersection contains the true value with the confidence of `interval`, because the range in
+    bench.yaml certainly contains it. The value of the result is the point of the intersection that
+    is nearest to the value of `interval`, and within the range in bench.yaml if possible.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> 
     known
         Value of the bench; None if the bench does not state the parameter.
     constant
-        Actuator constant of the bench. The range in bench.yaml does not depend on it.
+        Actuator constant of the bench. The range in bench.yaml does not depend on this constant.
 
     Returns
     -------
@@ -132,7 +132,7 @@ def contradicts(interval: Interval, known: Quantity | None) -> bool:
 
 
 def outside(interval: Interval, known: Quantity | None) -> str:
-    """Return a phrase for a message: the interval lies outside the bench's; "" if they overlap."""
+    """Return message text if `interval` lies outside the interval in bench.yaml, else ""."""
     if known is None or interval.high < 0.0 or not contradicts(interval, known):
         return ""
     return (

@@ -66,8 +66,8 @@ def _intervals_view(intervals: Mapping[str, Interval], bench: Bench) -> dict[str
 def _ramp_view(ramp: Breakaway) -> dict[str, Any]:
     """Return the onsets of breakaway ramps as a mapping.
 
-    The key `fall` contains the range of Stribeck velocities for which the breakaway's interval
-    holds; an end that is null is unlimited.
+    The key `fall` contains the range of Stribeck velocities for which the interval of the breakaway
+    is valid; null marks an end without a limit.
     """
     fall = ramp.fall
     return {

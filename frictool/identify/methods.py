@@ -28,7 +28,7 @@ class IdentificationMethod:
 
     - what: what the method does, as help text
     - when: data that the method suits, as help text
-    - reads: keys of OPTIONS: the options that the method uses
+    - reads: keys in OPTIONS of the options that the method uses
     - velocity: True if the method can use a log with a measured velocity and no position
     - load: True if the method fits the load terms of the bench
     - known_inertia: True if the method uses the inertia of the bench and does not estimate it
@@ -38,10 +38,10 @@ class IdentificationMethod:
     - differentiates: True if the method uses differences of samples without a filter. Such a method
       needs a fine encoder and a log without gaps.
     - channel: channel that the method needs in addition to motion and drive, or None
-    - comparison: True if the method serves only for comparison with published values. If its force
-      error is large, its intervals are not widened for effects that the model lacks.
+    - comparison: True if the method serves only for comparison with published values. If the force
+      error is large, the intervals are not widened for effects that the model lacks.
     - known_terms: name of the function that fits load terms that are already known, or None. This
-      function is used for warnings, because the method itself would search the terms again.
+      function is used for warnings, because the method would search the load terms again.
     """
 
     name: str
@@ -310,8 +310,8 @@ class IdentificationSettings:
     - window: length of the smoothing window, samples, odd
     - time_constant: time constant of the filter on differences, s
     - threshold: speed below which the method `threshold` ignores a sample, rad/s | m/s
-    - forgetting: weight of a squared residual one median stroke before the end of the log, above 0
-      and at most 1
+    - forgetting: weight of a squared residual that lies the median duration of a stroke before the
+      end of the log, above 0 and at most 1
     - pipeline: filters of inverse-dynamic and friction-force
     - fixed: intervals of the sliding parameters that are not fitted; each parameter is fixed at the
       value of its interval

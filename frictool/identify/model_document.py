@@ -50,7 +50,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
 
 
 def bench_model(refused: NothingIdentified, bench: Bench, provenance: Provenance) -> Model:
-    """Return a model with values from bench.yaml only, and the reason for the lack of a result."""
+    """Return a model with values from bench.yaml only; it states why nothing was identified."""
     model = model_of(replace(refused.result, identified={}, laws=None, fit=None), bench, provenance)
     return with_fields(model, bench_values_only=str(refused))
 

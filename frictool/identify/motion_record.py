@@ -2,8 +2,8 @@
 
 If the drive has a lag (`loop_time_constant_s` > 0), the logged effort of a sample is the value at
 the time of the sample. Without a lag, the drive holds this effort until the next sample. The two
-cases differ by a shift of half a sample period T between position and effort, which would change
-the fitted inertia by viscous T/2. The record therefore states the lag.
+cases differ by a shift of half a sample period T between position and effort. This shift would
+change the fitted inertia by T/2 times the viscous friction. The record therefore states the lag.
 
 If a log has a measured velocity and no position, the position of its record is the trapezoidal
 integral of the velocity from 0. Second differences of this position are differences of the
@@ -95,7 +95,8 @@ class MotionRecord:
     - lag: time constant of the drive, s; 0 if the drive holds an effort until the next sample
     - reference: reference of the bench's controller, (n,), rad | m, or None
     - velocity: measured velocity, (n,), rad/s | m/s; None if the position was measured
-    - temperature: temperature, and the dependence of friction on it; None if it was not measured
+    - temperature: temperature, and the dependence of friction on the temperature; None if the
+      temperature was not measured
     - servo: inputs of a servo's firmware; None for another actuator
     """
 

@@ -45,7 +45,7 @@ class Outcome:
 
     @property
     def from_logs(self) -> dict[str, Interval]:
-        """Return the intervals of identified parameters, and the narrowed ranges of others."""
+        """Return the intervals of identified parameters, and narrowed ranges of refused ones."""
         return {**self.narrowed, **self.identified}
 
     def merge(self, later: Outcome) -> Outcome:
@@ -83,10 +83,10 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return an outcome in which informative intervals are identified and the others refused.
+    """Return an outcome that identifies parameters with an informative interval and refuses others.
 
-    If an interval that this function refuses narrows the range of the parameter in bench.yaml, the
-    outcome contains their intersection. `reasons` contains parameters that the method has refused,
+    If a refused interval narrows the range of the parameter in bench.yaml, the outcome contains the
+    intersection of interval and range. `reasons` contains parameters that the method has refused,
     with the reasons.
     """
     identified = dict[str, Interval]()

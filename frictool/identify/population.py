@@ -33,7 +33,7 @@ class UnitValue:
     """Estimate of a parameter from one log.
 
     - unit: name of the machine that was tested; None if unknown
-    - day: date of the log in days; None if unknown
+    - day: date of the log in days since any common origin; None if unknown
     """
 
     interval: Interval

@@ -103,8 +103,8 @@ def compare_with_promise(
     if (promise.name, promise.axis) != (bench.name, bench.axis):
         raise InputFileError(
             "--promise",
-            f"belongs to the bench {promise.name} ({promise.axis}); allowed: {bench.name} "
-            f"({bench.axis})",
+            f"belongs to the bench {promise.name} ({promise.axis}); allowed: a promise of "
+            f"{bench.name} ({bench.axis})",
         )
     out = []
     for name in msgspec.structs.asdict(promise.half_widths):

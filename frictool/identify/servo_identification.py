@@ -208,7 +208,7 @@ def _refuse_unexplained(simulated: ServoSimulation, fit: SimulationFit) -> None:
     error = float(np.sqrt(np.mean(fit.residual**2) / np.mean(motion**2)))
     if error > LARGEST_ERROR:
         raise UnusableLogs(
-            f"the simulated position misses {100.0 * error:.3g} % of the motion (allowed: "
+            f"the simulated position misses {100.0 * error:.3g} % of the motion (allowed: at most "
             f"{100.0 * LARGEST_ERROR:g} %); check columns.reference (goal, direction of the "
             "position) and columns.gain (as in the firmware)"
         )

@@ -40,7 +40,7 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
     if fit.force_error is not None and fit.force_error > LARGEST_FORCE_ERROR:
         raise UnusableLogs(
             f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % "
-            f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %); check that effort and "
+            f"(allowed: at most {100 * LARGEST_FORCE_ERROR:g} %); check that effort and "
             "position are from the same test"
         )
     return fit
@@ -83,8 +83,8 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    The intervals do not change in two cases. If the drive was off, no effort shows the effects. If
-    a comparison method has a large force error, `fit_warnings` warns of it.
+    The intervals do not change in two cases. First, the drive was off, so that no effort shows the
+    effects. Second, a comparison method has a large force error, of which `fit_warnings` warns.
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):
@@ -140,7 +140,8 @@ def without_unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> O
         return outcome
     reason = (
         "with values in the bench's ranges for the other parameters, the model does not explain "
-        f"the effort: force error {100 * error:.3g} % (allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
+        f"the effort: force error {100 * error:.3g} % (allowed: at most "
+        f"{100 * LARGEST_FORCE_ERROR:g} %)"
     )
     lost = [name for name in SLIDING if name in outcome.from_logs]
     return outcome.merge(Outcome(refused=dict.fromkeys(lost, reason)))

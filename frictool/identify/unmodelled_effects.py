@@ -152,7 +152,7 @@ def _with_shifts(
     bench: Bench,
     effects: Sequence[AcceptedEffects],
 ) -> dict[str, Interval]:
-    """Return `parameters`, extended by the intervals of `fit` after the shifts by `effects`."""
+    """Widen the intervals in `parameters` to contain those in `fit` shifted by each effect."""
     out = dict(parameters)
     for one in effects:
         for name, shift in one.shift.items():

@@ -45,7 +45,7 @@ NEEDED = ("inertia", "coulomb")  # parameters that the search for a controller n
 
 @dataclass(frozen=True)
 class ReachedPrecision:
-    """Identified value of a parameter and half width of its interval, in SI."""
+    """Identified value of a parameter and half width of its interval, in SI units."""
 
     parameter: str
     value: float
@@ -68,7 +68,7 @@ class PlanStep:
     - test: test to play; None if the step has no test
     - reached: precision of each identified parameter
     - model: model identified from all logs; None if nothing is identified
-    - enough: True if a controller meets the specification for every possible plant
+    - enough: True if a controller meets the specification for every plant that the model allows
     - exit_code: exit code of `frictool plan`
     """
 
@@ -100,9 +100,9 @@ def next_step(
         Function that searches a controller for a model. It returns None if a controller meets the
         specification, else the reason why none does.
     narrow
-        True if the bench's ranges describe only the uncertainty before a measurement, and not the
-        changes over the product's life. The controller is then designed for the intervals of the
-        logs.
+        True to design the controller for the intervals of the logs and not for the bench's ranges.
+        This is permissible if the ranges describe only the uncertainty before a measurement, and
+        not changes over the product's life.
 
     Returns
     -------

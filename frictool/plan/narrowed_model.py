@@ -22,7 +22,7 @@ def narrowed_bench(bench: Bench, model: Model) -> Bench:
 
 
 def narrowed_model(model: Model) -> Model:
-    """Return the model with a narrowed bench, so that its plants agree with the logs."""
+    """Return the model with a narrowed bench, so that all its plants agree with the logs."""
     return structs.replace(model, bench=narrowed_bench(model.bench, model))
 
 

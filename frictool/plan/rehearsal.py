@@ -3,7 +3,8 @@
 The half width that `identify` reports depends on the encoder, on the speed and on the chosen
 method. Each rehearsal draws an axis within the a-priori intervals, simulates the test with encoder
 counts, delay and noise, and records the half widths. The half width that `excite` states for a
-parameter is the upper bound of a lognormal distribution, fitted to the rehearsals.
+parameter is an upper bound from a lognormal distribution that is fitted to the half widths of the
+rehearsals.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ STREAM = 43  # of the random numbers
 
 @dataclass(frozen=True)
 class HalfWidthSample:
-    """Half widths of one parameter's interval over all rehearsals, SI.
+    """Half widths of one parameter's interval in all rehearsals, in SI units.
 
     - widths: half widths from the rehearsals that identified the parameter
     - refusals: reasons from the rehearsals that did not identify the parameter
@@ -48,7 +49,7 @@ class HalfWidthSample:
 
     @property
     def upper(self) -> float:
-        """Return the upper bound of a half width.
+        """Return the upper bound of the half width that `identify` is expected to report.
 
         The bound is infinite if a rehearsal did not identify the parameter. If the rehearsals ended
         early, the largest half width is returned in place of a bound.
@@ -57,7 +58,7 @@ class HalfWidthSample:
 
     @property
     def likely(self) -> float:
-        """Return the upper bound that is expected after twice as many rehearsals."""
+        """Return the upper bound to expect after further rehearsals confirm these half widths."""
         return self._bound(CONFIRMED_SPREAD)
 
     def _bound(self, spread: float) -> float:
@@ -88,11 +89,11 @@ def rehearse(
     Parameters
     ----------
     sequence
-        Test, a reference of the position loop or a command of the drive.
+        Test as a reference of the position loop or as a command of the drive.
     bench
         Bench with the a-priori intervals from which the axes are drawn.
     limits
-        Largest permitted half width of each parameter, SI; inf for no limit.
+        Largest permitted half width of each parameter in SI units; inf for no limit.
     noise
         Standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit.
     seed

@@ -57,9 +57,9 @@ Progress = Callable[[str], None]
 class DesignRounds:
     """Outcome of the rounds of one design.
 
-    - test: shortest test whose rehearsals reach the precision; None if there is none
+    - test: shortest test whose rehearsals reach the precision; None if no test reaches it
     - attempt: request of the last round
-    - refusal: reason why there is no test
+    - refusal: reason why no test reaches the precision
     """
 
     test: PreciseTest | None
@@ -77,7 +77,7 @@ def rehearsed_strokes(
     bench
         Bench whose limits the test respects on every axis within the a-priori intervals.
     request
-        Requested precision of inertia, viscous and Coulomb friction; others are ignored.
+        Requested precision of inertia, viscous and Coulomb friction; other parameters are ignored.
     progress
         Function that is called with a label before each round of rehearsals.
 
@@ -155,7 +155,7 @@ def rehearsed_default(
     """Return the default kind of test with the half widths that its rehearsals reach.
 
     The requested precisions are not used. `rehearsed_strokes` explains the other parameters, the
-    errors and the half widths, for a request with a duration.
+    errors, and the half widths of a request with a duration.
     """
     default = default_test(bench, request)
     wanted = {name: bench_value(bench, name) for name in request.only(SLIDING)}
@@ -168,7 +168,7 @@ class RehearsedTests:
     """Rehearsals of the tests of one bench.
 
     - request: requested precision
-    - wanted: parameter -> requested half width, SI
+    - wanted: parameter -> requested half width in SI units
     - progress: function that is called with a label before each round of rehearsals
     """
 
@@ -225,8 +225,8 @@ class RehearsedTests:
     ) -> tuple[dict[str, float], dict[str, HalfWidthSample]]:
         """Return the upper bound of each half width, and the half widths of all rehearsals.
 
-        If `screened` is True, the rehearsals are repeated with other axes only if the first ones
-        suggest that the test reaches the precision.
+        If `screened` is True, the rehearsals are repeated with other axes only if the first
+        rehearsals suggest that the test reaches the precision.
         """
         self.progress(f"simulating a test of {test.sequence.duration:.3g} s ({label})")
         free = self.request.duration is not None
@@ -260,7 +260,7 @@ def _next_test(
     last: PreciseTest | None,
     shorter: bool,
 ) -> PreciseTest:
-    """Return the next test: at least LONGER times as long as `last`, or shorter if `shorter`."""
+    """Return the next test, which is shorter than `last` or at least LONGER times as long."""
     if last is None:
         return design(bench, attempt)
     duration = last.sequence.duration

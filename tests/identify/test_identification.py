@@ -154,7 +154,7 @@ def test_a_fit_that_explains_nothing_is_refused(method: str) -> None:
             "the model does not explain the effort: force error"
             in raised.value.result.refused[name]
         )
-        assert "(allowed: 50 %)" in raised.value.result.refused[name]
+        assert "(allowed: at most 50 %)" in raised.value.result.refused[name]
 
 
 def test_a_noisy_current_that_still_explains_is_identified() -> None:

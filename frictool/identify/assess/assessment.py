@@ -29,9 +29,10 @@ USUAL = AssessmentRequest()
 
 
 class NotIdentifiable(FrictoolError):
-    """Error: a requested precision cannot be reached.
+    """Error: the bench cannot reach a requested precision.
 
-    The message names the parameters, and an encoder that would reach the precision.
+    The message names the parameters. If a finer encoder or a longer test would reach the precision,
+    the message names this remedy.
     """
 
     exit_code = EXIT_NO
@@ -47,8 +48,8 @@ class ParameterAssessment:
     - target: the smaller of `wanted` and `known`
     - least: Cramér-Rao bound of the proposed test; None for breakaway and presliding
     - doubled: precision with an encoder of twice the resolution; None if it cannot be computed
-    - step: largest encoder step [rad | m] with which the parameter is identifiable; None if no step
-      down to FINEST times the bench's step suffices
+    - step: largest encoder step [rad | m] with which the parameter is identifiable; None if even
+      FINEST times the bench's step does not suffice
     - counts: counts per revolution of an encoder with this step; None for a linear axis
     """
 
@@ -68,7 +69,7 @@ class Assessment(ResultView):
     """Assessment of all parameters of a bench.
 
     - bench: assessed bench
-    - facts: encoder, limits and a-priori values on which the assessment is based
+    - facts: inputs of the assessment
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
@@ -144,7 +145,7 @@ def _row(
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
     """Return the largest encoder step, at most the bench's step, that gives the precision `target`.
 
-    Return None if no step down to FINEST times the step of the bench reaches this precision.
+    Return None if even FINEST times the step of the bench does not give this precision.
     """
 
     def fine(step: float) -> bool:

@@ -26,7 +26,7 @@ class AssessmentInputs:
     - sensing: sample period, encoder step, noise of the effort
     - speed, effort: largest speed, rad/s | m/s, and largest effort, N m | N
     - strokes: strokes of the proposed sines
-    - fastest, slowest: shortest and longest a-priori time constant inertia/viscous, s
+    - fastest, slowest: bounds of the a-priori time constant inertia/viscous, s
     - known: relative half width of the a-priori interval of each parameter
     - inertia: lower end, value and upper end of the a-priori interval, kg m^2 | kg
     - breakaway: expected breakaway, N m | N
@@ -74,7 +74,8 @@ class AssessmentRequest:
     Attributes
     ----------
     wanted : mapping of str to float
-        Requested relative half width of each parameter; 0.05 for a parameter that is not a key.
+        Requested half width of each parameter, relative to its value; a parameter that is not a key
+        has 0.05.
     duration : float
         Duration of the proposed sines, s.
     noise : float or None

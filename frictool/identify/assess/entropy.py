@@ -18,7 +18,7 @@ class SensorEntropy(NamedTuple):
     - counts: number n of counts over the travel
     - nats: ln n
     - gain: relative increase of the entropy if n doubles
-    - squared: n^2, the number of counts with twice the entropy
+    - squared: n^2, the number of counts of an encoder with twice the entropy
     """
 
     counts: float

@@ -49,7 +49,8 @@ class Identifiability:
 
     - identifiable: True if the expected precision meets the target
     - precision: half width of the expected 95 % interval; None if it cannot be computed
-    - bound: largest error that the encoder's quantisation can cause; None if it causes no error
+    - bound: largest error that the encoder's quantisation can cause; None if quantisation causes no
+      error
     - why: reason for the verdict, as text
     - method, test: proposed method and test, or None
     - filter: time constant of the proposed low-pass filter, s; None if no filter is proposed
@@ -65,7 +66,7 @@ class Identifiability:
 
 
 def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifiability:
-    """Return whether and how a parameter can be identified to the relative half width `wanted`.
+    """Return the verdict on identifying a parameter to the relative half width `wanted`.
 
     `parameter` is inertia, viscous, coulomb, breakaway or presliding.
     """
@@ -97,7 +98,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return a text on why differences of samples are too imprecise.
+    """Return a text that says why differences of samples are too imprecise.
 
     The text also states the precision of least squares.
     """

@@ -30,7 +30,7 @@ def filter_for(ratio: float, period: float) -> float:
     positive at the first guess pi/(2 ratio). Raises ValueError unless 0 < ratio < 1.
     """
     if not 0.0 < ratio < 1.0:
-        raise ValueError(f"ratio is {ratio:g}; allowed: between 0 and 1")
+        raise ValueError(f"ratio is {ratio:g}; allowed: above 0 and below 1")
     x = 0.5 * math.pi / ratio
     while True:
         change = (ratio * x - math.atan(x)) / (ratio - 1.0 / (1.0 + x * x))

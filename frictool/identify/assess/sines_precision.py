@@ -1,16 +1,16 @@
 """Expected precision of the method of sines (thesis 4.38).
 
 The effort is averaged over the middle part of a stroke, |sin| > 1/2, with n samples. The mean speed
-follows from the encoder counts at both ends of this part. The mean effort minus viscous times the
-mean speed therefore has the variance
+follows from the encoder counts at both ends of this part. The mean effort minus viscous friction
+times mean speed therefore has the variance
 
     noise^2/n + (viscous step)^2/(6 duration^2)
 
-`noise` is the standard deviation of an effort sample, `step` the encoder step, and `duration` the
-duration of the middle part. A second error is the uncertainty of the inertia times the mean
-acceleration of this part, which is 0 if the axis follows the sine exactly. The speeds at the two
-ends of the part are assumed to differ by at most FOLLOWED times the top speed. Repeating strokes
-does not reduce the second error, which is added as a bound.
+`noise` is the standard deviation of an effort sample, `viscous` the viscous friction, `step` the
+encoder step, and `duration` the duration of the middle part. A second error is the uncertainty of
+the inertia times the mean acceleration of this part. This acceleration is 0 if the axis follows the
+sine exactly. The speeds at the two ends of the part are assumed to differ by at most FOLLOWED times
+the top speed. Repeating strokes does not reduce the second error, which is added as a bound.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
 In a breakaway ramp, the effort rises until the axis starts to move: the onset. The thesis takes the
 largest effort before each visible motion. This maximum is too high by several steps of the ramp,
-because the axis moves for some time before the encoder shows it. Here a line is fitted to the
-effort at rest. The breakaway is the value of this line at the time of the onset. This time is
-computed from the later motion (`onset`), with the inertia and the friction in slip. The uncertainty
-of inertia and friction widens the interval of the breakaway.
+because the axis moves for some time before the encoder shows the motion. Here a line is fitted to
+the effort at rest. The breakaway is the value of this line at the time of the onset. The time of
+the onset is computed from the later motion (`onset`), with the inertia and the friction in slip.
+The uncertainty of inertia and friction widens the interval of the breakaway.
 
 The breakaway is constant, or a function of position and direction (`position_law`). The friction in
 slip is assumed to be proportional to the breakaway (thesis 4.42).
@@ -14,7 +14,8 @@ slip is assumed to be proportional to the breakaway (thesis 4.42).
 - After the onset, friction decreases with speed from the breakaway to Coulomb friction (Stribeck
   curve). The Stribeck velocity comes from another log, or from the times at which the encoder's
   count changes (`stribeck_velocity`). If the Stribeck velocity 0 agrees with these times, friction
-  is assumed to drop at the onset. The interval covers every Stribeck curve that agrees with them.
+  is assumed to drop at the onset. The interval covers every Stribeck curve that agrees with these
+  times.
 - The interval contains the spread between onsets (jackknife) and the ranges of the axis's
   parameters (`combined_interval`). A sampled ramp rises by one step per sample. Two errors of half
   a step, which do not average out, are added: the breakaway lies anywhere within a step, and the
@@ -174,7 +175,7 @@ def breakaway(
 
 
 def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
-    """Raise UnusableLogs if the breakaway at a position is not positive: a load starts the axis."""
+    """Raise UnusableLogs if a load starts the axis: the breakaway at a position is not positive."""
     position = np.linspace(law.low, law.high, GRID_POINTS)
     for side, powers in zip(("forward", "backward"), law.powers, strict=True):
         level = np.polynomial.polynomial.polyval(position, np.array(powers))
@@ -189,9 +190,10 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
 
 
 def _wider(full: Interval, mean: Interval) -> Interval:
-    """Return `full`, widened by the half widths of `mean` (root of the sum of squares).
+    """Return `full` with both half widths enlarged to sqrt(full^2 + mean^2).
 
-    The interval of `mean` includes the uncertainty of the axis parameters.
+    Here full and mean are the half widths; that of `mean` includes the uncertainty of the axis
+    parameters.
     """
     down = float(np.hypot(full.half_width, mean.value - mean.low))
     up = float(np.hypot(full.half_width, mean.high - mean.value))
@@ -245,8 +247,8 @@ class BreakawayErrors:
 
     - ranges: for each axis parameter and for the rest position, changes (p,) of the coefficients at
       the low and at the high end of its range
-    - falls: for each allowed Stribeck curve, changes (p,) of the coefficients relative to the
-      nominal curve
+    - falls: for each allowed Stribeck curve, changes (p,) of the coefficients relative to those for
+      the nominal curve
     - half_step: half of the increase of a ramp in one sample, N m | N
     """
 

@@ -1,8 +1,8 @@
 """Friction map over position and speed, from ramps and sliding logs (thesis 4.40 to 4.42).
 
 Sliding logs do not show how friction varies with position; ramps do not show the friction in slip.
-Ramps give the breakaway C_s(x) in each direction (`breakaway`). The friction in slip C_r is assumed
-to have the same shape:
+Ramps give the breakaway C_s(x) in each direction as a function of the position x (`breakaway`). The
+friction in slip C_r(x) is assumed to be proportional to C_s(x):
 
     C_r(x, direction) = level(direction) C_s(x, direction)/mean C_s
     beta = mean C_s/mean C_r
@@ -69,8 +69,7 @@ def friction_map(
     """Fit a friction map to sliding `records` and `ramps`.
 
     - first: breakaway of the ramps, which varies with position
-    - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`; the offset is that in
-      bench.yaml
+    - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`; bench.yaml gives the offset
 
     The ramps are evaluated again with the Coulomb friction of the map. Raises UnusableLogs if the
     strokes do not determine viscous friction and the mean friction in slip of each direction.
@@ -100,7 +99,7 @@ def _fitted(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> tuple[SlidingFit, list[Interval]]:
-    """Return a fit in which friction varies with position as in `law`, and the friction levels.
+    """Return the fit of friction proportional to `law`, and the interval of each friction level.
 
     A level is the mean friction in slip of one direction; the forward direction is first. If both
     directions have the same polynomial, there is one level.

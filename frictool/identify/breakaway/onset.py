@@ -21,7 +21,7 @@ change due to sampling, divided by the variance of a uniform start, 1/12 count^2
 
 If a Stribeck velocity v_s > 0 is assumed, friction at the speed v is lower than the breakaway by
 excess (1 - exp(-(v/v_s)^exponent)). s(t) is then a table from a numerical integration, which uses
-the excess at the previous estimate of t0. Table and t0 are computed ROUNDS times. From the second
+the excess at the previous estimate of t0. Table and t0 are recomputed ROUNDS times. From the second
 round on, s(t) is linear in the excess between the last two tables (secant method).
 """
 
@@ -182,8 +182,9 @@ def misfit(
 ) -> tuple[float, float]:
     """Return the weighted sum of squares for the onset time `t0` [s], and the start [rad | m].
 
-    The start is the distance from the rest position to the first change; it minimises the sum. The
-    sum is `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change.
+    The start is the distance from the rest position to the first change. The sum is `timing` (start
+    - `expected`)^2, plus (travel - start - `seen`)^2 for each change. The returned start minimises
+    this sum.
 
     - time: times at which the encoder's count changes, (n,), s
     - seen: distance from the first change to each change, (n,), rad | m
@@ -290,8 +291,8 @@ def onset_times(
     - velocity: Stribeck velocity, rad/s | m/s; 0 if friction drops immediately at the onset, inf if
       friction does not decrease
     - exponent: exponent of the Stribeck curve
-    - immediate: onset times computed with the Stribeck velocity 0, (m,), s; the iteration starts
-      from them; NaN if they are not known yet
+    - immediate: onset times computed with the Stribeck velocity 0, (m,), s, from which the
+      iteration starts; NaN for an onset time that is not known yet
 
     The other arguments are those of `misfit`.
     """

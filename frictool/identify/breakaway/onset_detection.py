@@ -65,7 +65,7 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
 
 
 def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
-    """Return why a log of ramps has too few breakaways for `is_ramp`; None without ramps."""
+    """Return why a log of ramps has too few breakaways for `is_ramp`; None if it has no ramps."""
     rests = _rests(record)
     if not are_ramps(rests, record.position, record.effort):
         return None
@@ -117,7 +117,7 @@ def _onsets(record: MotionRecord, bench: Bench) -> Iterator[BreakawayOnset]:
 
 
 def _least_motion(record: MotionRecord, bench: Bench) -> float:
-    """Return the motion [rad | m] after a reversal that closes the backlash; 0 without one."""
+    """Return the motion [rad | m] that closes the backlash after a reversal; 0 without backlash."""
     width = bench.mechanics.backlash
     return 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
 
@@ -125,9 +125,10 @@ def _least_motion(record: MotionRecord, bench: Bench) -> float:
 def _onset(
     record: MotionRecord, start: int, end: int, until: int, direction: float
 ) -> BreakawayOnset | None:
-    """Return the breakaway after the rest [start, end); the motion is examined up to `until`.
+    """Return the breakaway after a rest with the samples [start, end).
 
-    Return None if the effort is not a ramp or the motion is too small.
+    The motion is examined up to the sample `until`. Return None if the effort is not a ramp or the
+    motion is too small.
     """
     first = _straight_from(record, start + (end - start) // 2, end)
     if first is None:
@@ -174,10 +175,10 @@ def _onset(
 def _straight_from(record: MotionRecord, first: int, end: int) -> int | None:
     """Return the first sample of the line that the effort follows up to the sample `end`.
 
-    A ramp that is set by hand may be straight near its end only. The intervals [first, end), its
-    second half, the second half of that, and so on are tried in turn. In the first suitable one, a
-    cubic and a line differ at `end` by noise only, or by at most the fraction CURVED of the level.
-    None if no interval of FEWEST_SAMPLES or more samples is suitable.
+    A ramp that is set by hand may be straight near its end only. The interval [first, end) is
+    therefore halved until its later half is straight. An interval is straight if a cubic and a line
+    through the effort differ at `end` by noise only, or by at most the fraction CURVED of the
+    effort. Return None if no interval of FEWEST_SAMPLES or more samples is straight.
     """
     while end - first >= FEWEST_SAMPLES:
         effort = record.effort[first:end]
@@ -193,7 +194,7 @@ def _straight_from(record: MotionRecord, first: int, end: int) -> int | None:
 
 
 def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
-    """Return the weight `timing` of an onset: mean square distance per sample [counts^2]."""
+    """Return the weight `timing` of an onset, the mean square distance per sample [counts^2]."""
     if time.size < 2:
         return 1.0  # any positive number: one change alone does not determine the position
     return float(

@@ -113,7 +113,7 @@ class OnsetTable:
     ) -> Matrix:
         """Return onset time [s], rest position [rad | m] and misfit (m, 3) of the onsets `which`.
 
-        Results are cached. NaN marks a result that the log does not determine.
+        Results are cached. A result that the log does not determine is NaN.
         """
         known = self._results.setdefault(
             (sliding.key, start, fall), np.full((self.level.size, 3), np.nan)
@@ -168,8 +168,8 @@ class OnsetData:
 
     - table: the onsets as arrays, with the encoder step
     - positions: positions and directions of the onsets
-    - offset: offset of the bench, N m | N. If all onsets have the same direction, it is None, and
-      the argument `axis` of the methods contains the offset.
+    - offset: offset of the bench, N m | N. If all onsets have the same direction, `offset` is None,
+      and the argument `axis` of the methods contains the offset.
     - fall: assumed Stribeck curve after each onset
     """
 
@@ -216,8 +216,8 @@ class OnsetData:
     ) -> StribeckVelocityRange:
         """Return the Stribeck curves that agree with the onsets.
 
-        A curve is included if it agrees for the values in `axis`, or with one parameter at an end
-        of its interval.
+        A curve is included if the curve agrees with the onsets for the values in `axis`, or for one
+        parameter at an end of its interval.
         """
         nominal = {name: known.value for name, known in axis.items()}
         ends = [
@@ -241,9 +241,9 @@ class OnsetData:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
         The position fitted to an onset is a linear function of the position that the fit assumes:
-        fitted = a + b assumed. The two are equal at a/(1 - b), which depends only on the times at
-        which the count changes. The result is the average of a/(1 - b) and the middle of the count
-        (uniform distribution), with weights 1/variance.
+        fitted = a + b assumed. Fitted and assumed position are equal at a/(1 - b), which depends
+        only on the times at which the count changes. The result is the average of a/(1 - b) and the
+        middle of the count (uniform distribution), with weights 1/variance.
         """
         low, high = (
             self.table.efforts(axis, shape, expected, self.fall)[1] for expected in (0.0, 1.0)

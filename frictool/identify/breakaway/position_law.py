@@ -4,8 +4,8 @@
 
 xi is the position scaled to [-1, 1], and P_k is a Legendre polynomial, so that c_0 is the mean over
 the range of positions. The orders are compared by their leave-one-out errors at the same
-breakaways. The chosen order is the lowest whose error is within two standard errors of the smallest
-error. The same rule decides between two models: one polynomial for each direction, or a common
+breakaways. The lowest order whose error is within two standard errors of the smallest error is
+chosen. The same rule decides between two models: one polynomial for each direction, and a common
 polynomial with an offset of the effort.
 """
 

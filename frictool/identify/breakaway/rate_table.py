@@ -68,7 +68,9 @@ class BreakawayOverRate:
 def read_rate_table(path: Path) -> RateTable:
     """Read a table from a CSV file; raise LogError with the number of an invalid line."""
     if path.stat().st_size > LARGEST:
-        raise LogError(str(path), f"is too large for a breakaway table; allowed: {LARGEST} bytes")
+        raise LogError(
+            str(path), f"is too large for a breakaway table; allowed: at most {LARGEST} bytes"
+        )
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:
@@ -95,14 +97,14 @@ def read_rate_table(path: Path) -> RateTable:
         except (ValueError, IndexError):
             raise LogError(
                 str(path),
-                f"line {number}: found {line.strip()[:40]!r}; allowed: a header with effort and "
-                "rate, then two numbers a line (effort, rate)",
+                f"line {number}: found {line.strip()[:40]!r}; allowed: two numbers a line (effort, "
+                "rate), after an optional header with the columns effort and rate",
             ) from None
         if not (math.isfinite(effort) and math.isfinite(rate) and rate > 0.0):
             raise LogError(
                 str(path),
-                f"line {number}: found rate {rate:g}, effort {effort:g}; allowed: a "
-                "finite effort, and a rate above 0",
+                f"line {number}: found rate {rate:g} and effort {effort:g}; allowed: a "
+                "finite rate above 0, and a finite effort",
             )
         rows.append((abs(effort), rate))
     if len(rows) < FEWEST:
@@ -148,8 +150,8 @@ def _rise(
 ) -> Interval | None:
     """Return the slope of the mean breakaways (k,) over the logarithms `decades` (k,) of the rates.
 
-    The half width of the slope follows from the intervals of the means or, if that is larger, from
-    the scatter of the means around the line.
+    Two half widths of the slope are computed, from the intervals of the means and from the scatter
+    of the means around the line. The larger half width is used.
     """
     if decades.size < 2:
         return None

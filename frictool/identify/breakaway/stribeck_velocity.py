@@ -1,16 +1,16 @@
 """Range of Stribeck velocities that agree with the logged motion after breakaways.
 
 With increasing speed, friction decreases from the breakaway to Coulomb friction (thesis 2.34). If
-it decreases slowly, the encoder shows the motion later. The computed breakaway is then too high if
-friction is assumed to drop immediately.
+friction decreases slowly, the encoder shows the motion later. The computed breakaway is then too
+high if friction is assumed to drop immediately.
 
 The misfit of an onset of motion is the sum of the squared differences between computed and logged
 travel, divided by their variance (`onset_friction`). The mean misfit over all onsets is computed
 for pairs of Stribeck velocity and exponent. Its smallest value with the preferred exponent is the
 reference. A pair is allowed if its mean misfit exceeds the reference by at most the chi-square
 quantile with one degree of freedom. The mean replaces the sum, because timing errors are the same
-at every onset of a repetitive test. The other exponents only widen the interval, because they can
-imitate friction that varies with position.
+at every onset of a repetitive test. Pairs with another exponent only widen the interval, because
+these curves can imitate friction that varies with position.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def allowed_fall(
     nominal
         Misfit function for the most likely parameters of the axis.
     ends
-        Misfit functions; each has one parameter of the axis at an end of its interval.
+        Misfit functions for axes with one parameter at an end of its interval.
     scale
         Speed after one count if only the ramp accelerates the axis, rad/s | m/s.
     confidence
@@ -101,8 +101,8 @@ def allowed_fall(
     -------
     StribeckVelocityRange
         For each exponent, `ends` contains the grid velocities just below and just above the allowed
-        range. `value` has the Stribeck velocity 0 if that is allowed, else it is the curve with the
-        preferred exponent and the smallest misfit.
+        range. If the Stribeck velocity 0 is allowed, `value` has this velocity. Otherwise, `value`
+        is the curve with the preferred exponent and the smallest misfit.
     """
     columns = [
         [IMMEDIATE, *(StribeckFall(scale * step, exponent) for step in steps.tolist()), NO_FALL]
