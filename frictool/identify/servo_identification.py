@@ -197,7 +197,7 @@ def _without_effect(simulated: ServoSimulation, fit: SimulationFit) -> dict[str,
         if name in known:
             low, high = known[name].interval
             if float(np.max(np.abs(column))) * (high - low) < VISIBLE * count:
-                out[name] = "it does not change the fitted position; record faster goals"
+                out[name] = "this constant does not change the fitted position; record faster goals"
     return out
 
 

@@ -250,7 +250,7 @@ def test_ramps_played_by_their_rules_give_the_breakaway() -> None:
         (
             "sine",
             ExcitationSettings(frequency=30.0, speed=300.0),
-            ("rad/s^2", "allowed (actuator.limit): 50"),
+            ("rad/s^2", "allowed: at most 50 (actuator.limit)"),
         ),
         ("multisine", ExcitationSettings(amplitude=20.0, frequency=30.0), ("speed", "400")),
         ("steps", ExcitationSettings(amplitude=40.0), ("travel", "59.85")),

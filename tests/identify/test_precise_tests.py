@@ -290,7 +290,7 @@ def test_refusals_name_limit_and_remedy(tmp_path: Path) -> None:
         return run("excite", "--bench", CLUTCH, *options, "-o", out)
 
     impossible = excite("--for", "inertia=0.005%")
-    refused(impossible, 4, "time: inertia=0.005% needs a test of", "allowed: 3600 s")
+    refused(impossible, 4, "time: inertia=0.005% needs a test of", "allowed: at most 3600 s")
     assert "counts a revolution" in impossible.stderr
     assert not out.exists()
     assert excite().code == 2

@@ -5,9 +5,9 @@ determines which loads and disturbing effects the logs support (`explanation_sea
 steps fit the sliding parameters together with these loads and effects.
 
 1. If the differentiated velocity is too inaccurate (`assess/identifiability.py`), the method of
-   sines is used, and steps 2 to 4 are skipped. They are not skipped if sines give no finite
-   intervals, or if least squares are far more precise: their intervals overlap those of sines and
-   have at most half the width.
+   sines is used, and steps 2 to 4 are skipped. These steps are not skipped if sines give no finite
+   intervals, or if least squares are far more precise: the intervals by least squares overlap those
+   by sines and have at most half the width.
 2. If the intervals of `least_squares` and `power_balance` do not overlap, friction at low speed is
    not the sum of viscous and Coulomb friction, and `power_balance` is preferred.
 3. Otherwise `least_squares` is preferred.
@@ -22,8 +22,8 @@ curve is fitted to the parts at constant speed (`stribeck_curve`). If the above 
 inertia, the curve is fitted with this inertia. If friction does not fall with speed, the result of
 the above steps is used instead of the curve, because it also uses the samples near the reversals.
 
-Viscous friction, and an offset that the bench does not declare, are set to 0 if the prediction of
-strokes that the fit did not use does not become worse.
+Viscous friction is set to 0 if this does not worsen the prediction of strokes that the fit did not
+use. The same applies to an offset that the bench does not declare.
 """
 
 from __future__ import annotations
@@ -182,13 +182,13 @@ def _more_precise(
 def _of_runs(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return the Stribeck curve of the parts at constant speed, or a fit of whole strokes.
+    """Return the Stribeck curve of the parts at constant speed, or the fit of whole strokes.
 
     The fit of whole strokes (`_of_strokes`) is returned if it has inertia, viscous friction and
     Coulomb friction, the interval of the inertia is informative (`why_uninformative`), and friction
-    does not fall with speed. Otherwise the curve is fitted with this inertia or, if its interval is
-    not informative, with the inertia in bench.yaml. Raises UnusableLogs if the parts do not
-    determine a curve.
+    does not fall with speed. Otherwise, the curve is fitted. The inertia in this fit is that of the
+    whole strokes if its interval is informative, else that in bench.yaml. Raises UnusableLogs if
+    the parts do not determine a curve.
     """
     why = "most of the motion consists of runs at constant speed"
     curve = run(STRIBECK_CURVE, records, bench, settings)
@@ -210,11 +210,12 @@ def _of_runs(
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
-    """Return whether a parameter can be identified, with which precision, and by which method.
+    """Return the verdict on identifying a parameter: whether, how precisely, and by which method.
 
-    The interval must have at most the relative half width WANTED, or that of the interval in
-    bench.yaml if this is smaller. If the logs cannot reach this precision, the half width of the
-    interval in bench.yaml is required instead, or 1 (100 %) if the bench has no interval.
+    The required relative half width is the smaller of WANTED and the relative half width in
+    bench.yaml. If the logs cannot reach this precision, the half width in bench.yaml is required
+    instead. A parameter without an interval in bench.yaml is taken to have the relative half width
+    1.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))
@@ -244,8 +245,8 @@ def inertia_over_position(
 def joined(fit: SlidingFit, other: SlidingFit, method: str, why: str) -> SlidingFit:
     """Return `fit` with the inertia of `other`, which is a fit by another method.
 
-    `method` and `why` are the method of `other` and the reason for using it; both are added to the
-    text `why` of the result.
+    `method` is the method of `other`, and `why` the reason for using this method. The text `why` of
+    the result names both.
     """
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
     parameters = {"inertia": other.parameters["inertia"], **fit.parameters}
@@ -296,8 +297,8 @@ def _differentiated(
 def disagreement(one: SlidingFit, other: SlidingFit) -> str | None:
     """Return name and value of the first parameter with two disjoint intervals, as text.
 
-    `one` and `other` are fits by two methods. Viscous and Coulomb friction are compared; the value
-    is that of `one`. Return None if the intervals overlap.
+    `one` and `other` are fits by two methods. Viscous and Coulomb friction are compared. The text
+    contains the value in `one`. Return None if the intervals overlap.
     """
     for name in ("viscous", "coulomb"):
         a, b = one.parameters.get(name), other.parameters.get(name)

@@ -1,4 +1,4 @@
-"""Power balance with the equation of motion multiplied by sqrt(2)/V; V is the speed amplitude.
+"""Power balance with the equation of motion multiplied by sqrt(2)/V, with the speed amplitude V.
 
 M_2 is the 2 x 2 submatrix of the normal matrix for viscous and Coulomb friction. For a sine of
 amplitude sqrt(2) in SI units, the condition number of M_2 is 19, the least possible for a sine

@@ -7,8 +7,8 @@ offset. The hypotheses are:
 - loads: a spring; on a rotary axis, gravity; harmonics of a ripple over the position, with wave
   numbers from the spectrum of the residual over the position (`position_spectrum`)
 - effects that only disturb the fit (`rows/effects.py`), such as an offset that drifts
-- viscous friction that differs by direction; it is compared with the other hypotheses but not added
-  here, because `structure_selection` decides on it
+- viscous friction that differs by direction; this search compares it with the other hypotheses but
+  does not add it, because `structure_selection` decides on it
 
 A fit to one half of the strokes predicts the effort of the other half. The hypothesis with the
 smallest prediction error is used if it passes two tests: the squared prediction errors decrease
@@ -136,7 +136,7 @@ class ExplanationSearch:
     def smoother(self, factor: float) -> ExplanationSearch:
         """Return the search with smoothing windows that are `factor` times as long.
 
-        A window is lengthened to at most a quarter of the record's median stroke.
+        The longest window is a quarter of the record's median stroke.
         """
         longest = (LONGEST_SHARE * stroke_samples(record) for record in self.records)
         windows = tuple(
@@ -176,7 +176,7 @@ class ExplanationSearch:
 
     @cached_property
     def warmed(self) -> bool:
-        """Return whether all records have a temperature that varies enough to fit its effect."""
+        """Return whether all records have a temperature that varies enough to fit an effect."""
         return varies(temperatures(self.records))
 
     def samples(self, waves: tuple[float, ...]) -> RegressionSamples:
@@ -264,7 +264,7 @@ class ExplanationSearch:
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return a ripple and its peak, the highest peak in the spectrum of the residual.
+        """Return the ripple at the highest peak in the spectrum of the residual, and the peak.
 
         - waves: wave numbers of the ripples that the fit includes already, 1/rad | 1/m
         - used: hypotheses in the fit whose residual is examined
@@ -298,7 +298,7 @@ class ExplanationSearch:
 
 
 def _thinned(record: MotionRecord, share: float) -> MotionRecord:
-    """Return PARTS evenly spaced pieces of a record; together they have `share` of its samples."""
+    """Return PARTS evenly spaced parts with the fraction `share` of the record's samples."""
     if share >= 1.0:
         return record
     size = record.position.size
@@ -313,7 +313,7 @@ def _thinned(record: MotionRecord, share: float) -> MotionRecord:
 
 @dataclass(frozen=True)
 class Trial:
-    """Hypothesis under test, with the prediction errors of a fit that includes it.
+    """Hypothesis under test, with the prediction errors of a fit that includes the hypothesis.
 
     - rows: regression rows of the fit
     - squares: squared prediction error of each stroke, (s,)
@@ -339,7 +339,7 @@ def _trials(
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
 ) -> list[Trial]:
-    """Return a trial of each hypothesis that is not used yet and that the rows determine."""
+    """Return a trial of each unused hypothesis that the rows determine."""
     hidden = LIKE_ACCELERATION if search.noisy(rows.samples) else ()
     free = [one for one in search.hypotheses if one not in used and one.term not in hidden]
     level = 0.5 * FALSE_ALARM / max(len(search.hypotheses), 1)
@@ -427,8 +427,8 @@ def _lasting(
 
     With longer windows, the rms prediction error must fall below WORTH times the error without the
     load, and the parameters of the load must differ significantly from 0. The result is True
-    without this test in three cases: the hypothesis is an effect and no load; longer windows would
-    remove the ripple; the windows cannot be longer.
+    without this test in three cases: the hypothesis is not a load, longer windows would remove the
+    ripple, or the windows cannot be longer.
     """
     one = trial.hypothesis
     smoother = search.smoother(SMOOTHER)
@@ -490,8 +490,8 @@ def _spans_a_turn(trial: Trial) -> bool:
 def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Trial]:
     """Return the other trials that predict the strokes nearly as well as `best`.
 
-    The sums of their squared prediction errors are at most EQUAL times the sum of `best`, and not
-    significantly larger.
+    The sum of the squared prediction errors of such a trial is at most EQUAL times the sum of
+    `best`, and not significantly larger.
     """
     return [
         one
@@ -537,7 +537,7 @@ def _left(
 ) -> list[Explanation]:
     """Return explanations by significant hypotheses that are not used, at most MOST_LEFT.
 
-    Each next hypothesis is the one that reduces the squared prediction errors most.
+    The hypotheses are added one at a time; each reduces the squared prediction errors most.
     """
     out: list[Explanation] = []
     seen = list(used)

@@ -1,14 +1,14 @@
 """Friction force, computed with a known inertia, and its curve over speed (after K. Mnich).
 
-    filter     same causal low-pass for velocity and effort, so that their delays are equal
-    force      effort - inertia (v[k] - v[k-1])/T, with the inertia in bench.yaml
-    curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)
+    filter     same causal low-pass for velocity and effort, so that their delays are equal force
+    effort - inertia (v[k] - v[k-1])/T, with the inertia in bench.yaml curve      coulomb + viscous
+    v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)
                for each direction of motion, and an offset
 
 v is the filtered velocity, k the number of the sample, and T the sample period. The breakaway is
 the largest friction of the curve, at the speed v_p; in thesis (2.34), the friction is largest at
-rest. v_p is therefore not a Stribeck velocity; it is reported in the details of the fit. Only v_p
-is searched, because the force is linear in the other parameters.
+rest. v_p is therefore not a Stribeck velocity. The details of the fit contain v_p. Only v_p is
+searched, because the force is linear in the other parameters.
 
 All samples of a stroke are used, also samples at rest within the stroke. Samples at rest shift
 Coulomb friction towards the effort at rest; select the moving part of the log with `ingest --from
@@ -111,7 +111,7 @@ def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> R
         )
     if 2.0 * cutoff_hz * record.period >= 1.0:
         raise UnusableLogs(
-            f"a cut-off of {cutoff_hz:g} Hz is not below half of the sampling rate, which is "
+            f"a cut-off of {cutoff_hz:g} Hz is not below half of the sampling rate; allowed: below "
             f"{0.5 / record.period:.4g} Hz"
         )
     b, a = scipy.signal.butter(order, 2.0 * cutoff_hz * record.period)

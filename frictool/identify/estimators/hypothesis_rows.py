@@ -1,4 +1,4 @@
-"""Regression rows with the columns of all hypotheses of `explanation_search`, and fits of them.
+"""Regression rows with columns for the hypotheses of `explanation_search`, and fits to these rows.
 
 Groups of rows are reduced to triangular matrices, so that each of the many fits takes little time.
 """
@@ -30,7 +30,8 @@ class ReducedRows:
     """Regression rows in g groups of successive rows; each group is reduced to a triangular matrix.
 
     - samples: rows before the reduction
-    - plain: triangular matrix of each group by QR, (g, q, q), of q - 1 regressors and the effort
+    - plain: triangular matrix of each group by QR, (g, q, q), from q - 1 columns of regressors and
+      one of the effort
     - names: names of the regressors, (q - 1,)
     - base: names of the regressors that every fit includes
     - cluster, stroke: number of the cluster and of the stroke of each group, (g,)
@@ -103,7 +104,7 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return whether the rows determine `tested`, and its effort exceeds the effect of noise.
+        """Return whether the rows determine `tested`, and its effort exceeds what noise can cause.
 
         The encoder's noise makes the fitted inertia too small, so that a part of the inertial
         effort is left over. A column of `tested` that resembles the acceleration, or the derivative
@@ -125,13 +126,13 @@ class ReducedRows:
             return False
 
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
-        """Return by how much noise alone lowers the mean square residual if columns are added.
+        """Return how much added columns reduce the mean square residual because of noise alone.
 
         `fewer` and `more` are the indices of the columns without and with the added ones. Let J be
         the inertia, n the rms noise of the acceleration, and s^2 the mean square of the
         acceleration that the other columns do not explain. The noise contributes J^2 n^2 (s^2 -
         n^2)/s^2 to the mean square residual [(N m)^2 | N^2]. Added columns reduce s^2 and thus this
-        contribution. For a fixed inertia the result is 0.
+        contribution. If the inertia is fixed, the result is 0.
         """
         if "inertia" in self.samples.fixed:
             return 0.0

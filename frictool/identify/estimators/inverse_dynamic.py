@@ -11,8 +11,8 @@
 EMPS is the benchmark "electro-mechanical positioning system". Two systematic errors of the
 published pipeline do not appear in its residuals. The effort is treated as a measurement at the
 sample, even if it is held until the next sample. Samples at rest and at reversals are treated as
-slip. Each interval therefore contains the interval of the pipeline and that of the power balance
-(`power_balance`), which has neither error.
+slip. Each interval therefore contains two intervals: that of the pipeline, and that of the power
+balance (`power_balance`), which has neither error.
 
 A log with much motion inside the backlash is unusable. If the encoder's noise changes the sign of
 the velocity without a reversal, viscous and Coulomb friction are reported as not identified.
@@ -93,7 +93,7 @@ def _refuse_backlash(records: list[MotionRecord], bench: Bench) -> None:
     if share > LARGEST_BACKLASH_SHARE:
         raise UnusableLogs(
             f"{100 * share:.2g} % of the samples may lie within the bench's backlash, which "
-            f"inverse-dynamic neglects (allowed: {100 * LARGEST_BACKLASH_SHARE:g} %); "
+            f"inverse-dynamic neglects (allowed: at most {100 * LARGEST_BACKLASH_SHARE:g} %); "
             "use least-squares"
         )
 
@@ -118,7 +118,7 @@ def _unresolved(
         / float(np.sqrt(np.mean(samples.velocity**2)))
     )
     if noise > LARGEST_NOISE:
-        shown = f"{100 * noise:.2g} % of the speed (allowed: {100 * LARGEST_NOISE:g} %)"
+        shown = f"{100 * noise:.2g} % of the speed (allowed: at most {100 * LARGEST_NOISE:g} %)"
         reason = (
             f"the encoder's noise in the velocity is {shown}, so that the velocity changes its "
             "sign without a reversal; use least-squares"
@@ -172,7 +172,7 @@ def _derivatives(
 
 
 def _central(values: Vector, period: float) -> Vector:
-    """Return central differences (n,) per second; the two ends repeat their neighbours."""
+    """Return central differences (n,) per second; the first and last repeat their neighbours."""
     out = np.empty_like(values)
     out[1:-1] = (values[2:] - values[:-2]) / (2.0 * period)
     out[0], out[-1] = out[1], out[-2]
@@ -182,8 +182,8 @@ def _central(values: Vector, period: float) -> Vector:
 def _filtered(rows: NDArray[np.float64], pipeline: PublishedFilters) -> NDArray[np.float64]:
     """Return rows (m, p) after the decimation's Chebyshev filter, forward and backward.
 
-    The result is divided by the filter's gain for a constant, which differs from 1 for an even
-    order, so that the column of the offset stays 1.
+    The result is divided by the filter's gain for a constant, so that the column of the offset
+    stays 1. This gain differs from 1 if the order is even.
     """
     if pipeline.decimate == 1:
         return rows

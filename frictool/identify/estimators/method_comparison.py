@@ -5,16 +5,17 @@ the regressions of `auto`, without and with these load terms. Each candidate is 
 of the logs and predicts the other half. The predictions are compared by the rms error of the
 simulated position and by the force error.
 
-A candidate is allowed if its force error is at most twice the smallest one, because a model with a
-wrong effort may still simulate the position well. The first allowed candidate with a position error
-within a tenth of the smallest is chosen. The order of preference is: the method that the decision
-scheme of `auto` prefers, other regressions, output error. Output error is rejected if a parameter
-of the regression with the same load terms lies outside the interval by output error.
+A candidate is allowed if its force error is at most twice the smallest force error, because a model
+with a wrong effort may still simulate the position well. The first allowed candidate with a
+position error at most a tenth above the smallest is chosen. The order of preference is: the method
+that the decision scheme of `auto` prefers, other regressions, output error. Output error is
+rejected if a parameter of the regression with the same load terms lies outside the interval by
+output error.
 
-If the fit includes a disturbing effect (`rows/effects.py`), which the bench declares or `auto` has
-found, the preferred method is used without a comparison, because the effect cannot be simulated. If
-the logs are too short to be halved, the regressions are compared on the logs of the fit. Output
-error is then no candidate, because it minimises the compared error.
+If the fit includes a disturbing effect (`rows/effects.py`), the preferred method is used without a
+comparison, because the effect cannot be simulated. If the logs are too short to be halved, the
+regressions are compared on the logs of the fit. Output error is then no candidate, because it
+minimises the compared error.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ class PredictionScore:
 
     - name, terms: name of the method, and load terms of its fit
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
-    - force: relative force error (`force_error.py`)
+    - force: relative force error, defined in `force_error.py`
     - fit: function that fits the candidate to all logs
     """
 
@@ -91,7 +92,7 @@ class PredictionScore:
 class ComparedData:
     """Logs of an axis, and the regressions that are compared on them.
 
-    `fits`: regressions that are fitted to all logs, in the order of preference.
+    `fits`: fits of the regressions to all logs, in the order of preference.
     """
 
     records: list[MotionRecord]
@@ -192,7 +193,7 @@ def _doubtful_load(regression: SlidingFit, chosen: SlidingFit) -> str | None:
 
 
 def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:
-    """Return the fit by output error, with intervals that also contain those of the regression.
+    """Return the fit by output error, with intervals that also contain the regression's intervals.
 
     Both fits have the same load terms and logs. An effect that the model lacks has a different
     influence on each method, so that the difference between the fits is a part of the uncertainty.
@@ -213,7 +214,7 @@ def contradicted(regression: SlidingFit, simulated: SlidingFit) -> str | None:
     """Return name and interval of the first parameter on which two fits disagree, as text.
 
     The value of such a parameter in `regression` lies outside its interval in `simulated`. Return
-    None if there is no such parameter.
+    None if the fits agree.
     """
     for name in SLIDING:
         regressed, interval = regression.parameters.get(name), simulated.parameters.get(name)
@@ -332,7 +333,7 @@ def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> Segmen
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the rms force error; each half of the data is predicted by the fit to the other."""
+    """Return the rms force error; the fit to one half of the data predicts the other half."""
     errors = [
         force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
     ]

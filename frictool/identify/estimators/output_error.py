@@ -4,13 +4,13 @@ No signal is differentiated or filtered. The search starts from the parameters b
 
 In open loop, the measured effort drives the simulated axis. An error of the effort shifts the
 simulated position for a long time, so that the position residuals do not show the uncertainty of a
-parameter. The interval is computed from errors of the effort instead: an observer makes the
-simulation follow the measured position, and the effort that it adds for this purpose is the effort
-error. The effort errors of one cluster of strokes (`clusters`) at a time are added to the
-simulation; the variance of a parameter is the sum of its squared changes. The effort errors are
-computed with the parameters of the power balance, because the parameters of the simulation would
-make the errors too small. In closed loop, the simulated controller drives the axis, and the
-residuals themselves are errors of the effort.
+parameter. The interval is computed from errors of the effort instead. An observer makes the
+simulation follow the measured position; the effort that the observer adds for this purpose is the
+effort error. The effort errors of one cluster of strokes (`clusters`) at a time are added to the
+simulation, and the resulting change of each parameter is computed. The variance of a parameter is
+the sum of its squared changes. The effort errors are computed with the parameters of the power
+balance, because the parameters of the simulation would make the errors too small. In closed loop,
+the simulated controller drives the axis, and the residuals themselves are errors of the effort.
 
 If the interval of the inertia by the power balance is less than half as wide as the interval by the
 simulation, the inertia is fixed at the value by the power balance, and the simulation gives the
@@ -117,8 +117,8 @@ def _open_loop_deviation(
     """Return standard deviations (p,) and degrees of freedom (p,) for the open loop.
 
     The deviations include the effort errors (`influences`) and the encoder's noise. Early strokes
-    influence the simulation for longer than late ones; Satterthwaite's degrees of freedom account
-    for that.
+    influence the simulation for longer than late strokes; Satterthwaite's degrees of freedom
+    account for this.
     """
     squares = influences(simulated, fitted, regressed) ** 2
     spread = np.sum(squares, axis=0)
@@ -155,9 +155,8 @@ def simulation_error(
     """Return the fit of an axis with the load terms `terms` by output error.
 
     The measured effort drives the simulated axis (open loop). With `servo`, the simulated
-    controller drives it along the logged reference (closed loop). Raises UnusableLogs if the axis
-    does not move, if it moves in one direction only, or if the reference of a closed loop was not
-    logged.
+    controller drives the axis along the logged reference (closed loop). Raises UnusableLogs if the
+    axis does not move in both directions, or if the reference of a closed loop was not logged.
     """
     start = power_balance(records, bench_with_terms(bench, terms), settings)
     if "coulomb" in start.refused:
@@ -167,7 +166,7 @@ def simulation_error(
     )
     if undetermined is not None:
         raise UnusableLogs(
-            "output-error fits all loads, but the logs do not determine one of them "
+            "output-error needs logs that determine every load of the bench, but they do not "
             f"({undetermined}); use least-squares"
         )
     hidden = start.refused.get("inertia", "")
@@ -269,7 +268,7 @@ def _with_inertia(
 def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
     """Return the values at which the search starts, by parameter name, SI.
 
-    They are the estimates of the regression `start` if these are plausible, else the values in
+    Plausible estimates of the regression `start` are used. The other values are those in
     bench.yaml.
     """
     known = load_values(start.laws)
@@ -317,7 +316,7 @@ def _fit(
 
 
 def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the position-dependent load terms whose intervals all contain 0.
+    """Return the position-dependent load terms of which every interval contains 0.
 
     Such loads only compensate a drift of the simulated position.
     """
@@ -367,7 +366,7 @@ def simulated_fit(
 
     The first fit has the load terms `terms`. As long as the intervals of a position-dependent load
     contain 0, the fit is repeated without this load, unless the bench declares its loads. The
-    details of the fit report the prediction errors `errors`, by name.
+    entries of `errors`, prediction errors by name, are added to the details of the fit.
     """
     fit = simulation_error(records, bench, settings, terms)
     while bench.load is None and (needless := _insignificant_loads(fit, terms)):

@@ -4,15 +4,16 @@
     knee_0 = 0
 
 A knee is a speed at which the slope changes. Each row of the regression is a mean over a part of a
-stroke. The formula is averaged over all speeds in this part; its value at the mean speed would blur
-a knee. For fixed knees the model is linear in the parameters. Knees are added one at a time; after
-each addition, all knees are optimised in turn. Schwarz's criterion (BIC) for n strokes and p
-parameters decides when to stop; a knee adds two parameters, its speed and its slope. The penalty p
-log n is multiplied by n/(n - p - 2) for few strokes (McQuarrie, 1999).
+stroke. The formula is averaged over all speeds in this part, because the value at the mean speed
+would blur a knee. For fixed knees the model is linear in the parameters. Knees are added one at a
+time; after each addition, all knees are optimised in turn. Schwarz's criterion (BIC) for n strokes
+and p parameters decides when to stop; a knee adds two parameters, its speed and its slope. The
+penalty p log n is multiplied by n/(n - p - 2), which matters if there are few strokes (McQuarrie,
+1999).
 
 The criterion assumes equal independent errors of all strokes. One stroke with a large error (a
 transient of a soft belt, for example) can therefore justify a knee. For this reason, the change of
-slope at each knee must also differ significantly from 0 in a jackknife, which does not need this
+slope at each knee must also differ significantly from 0 in a jackknife, which does not need the
 assumption.
 
 The search for knees has an additional regressor, the mean acceleration, because an error of the
@@ -55,7 +56,7 @@ class StrokeMeans:
     - weight, cluster: weight of each row, and number of its cluster, (m,)
     - speed: |v| of the samples of all parts, (n,), rad/s | m/s
     - starts: index in `speed` of the first sample of each part, (m,)
-    - nuisance: additional regressors for the search for knees only, (m, q); None if there are none
+    - nuisance: additional regressors for the search for knees only, (m, q), or None
     """
 
     columns: Matrix
@@ -85,9 +86,9 @@ class StrokeMeans:
         return self.sign * self.mean(within - low)
 
     def share_beyond(self, knee: float) -> Vector:
-        """Return for each part, (m,), the share of samples faster than `knee` [rad/s | m/s].
+        """Return the fraction of samples in each part, (m,), faster than `knee` [rad/s | m/s].
 
-        The share is negative for motion in the negative direction.
+        The fraction is multiplied by the direction, and is thus negative for backward motion.
         """
         return self.sign * self.mean((self.speed > knee).astype(np.float64))
 
@@ -96,9 +97,9 @@ class StrokeMeans:
 class PiecewiseFriction:
     """Least-squares fit of friction that is piecewise linear in the speed.
 
-    - solution: three groups of coefficients with half widths: viscous friction in each speed range
-      between knees; coefficients of `StrokeMeans.columns`; correction of the speed of each knee,
-      whose half width is that of the knee
+    - solution: coefficients with half widths, in three groups: viscous friction in each speed range
+      between knees, coefficients of `StrokeMeans.columns`, and correction of the speed of each
+      knee. The half width of a correction is the half width of the knee's speed.
     - knees: speeds at which the viscous friction changes, in ascending order, rad/s | m/s
     - residual: residual of each row, (m,)
     """
@@ -113,8 +114,8 @@ def fit_pieces(
 ) -> PiecewiseFriction:
     """Return the piecewise linear friction with at most `most` knees.
 
-    A knee is used only if it lowers Schwarz's criterion sufficiently, and if the interval of its
-    change of slope, with the confidence `confidence`, does not contain 0.
+    A knee is used only if it lowers Schwarz's criterion sufficiently, and if the change of slope at
+    the knee has an interval without 0. The confidence of this interval is `confidence`.
 
     Raises SingularRegressors if the rows do not determine friction without knees.
     """
@@ -136,8 +137,8 @@ def fit_pieces(
 def design(means: StrokeMeans, knees: tuple[float, ...]) -> Matrix:
     """Return the regressors (m, 1 + k + p) for k knees.
 
-    The first 1 + k columns are viscous friction in each speed range between knees; the others are
-    the p columns of `means.columns`.
+    The first 1 + k columns belong to the viscous friction in each speed range between knees. The p
+    columns of `means.columns` follow.
     """
     edges = (0.0, *knees, np.inf)
     return np.column_stack(
@@ -188,9 +189,9 @@ def _bends(means: StrokeMeans, knees: tuple[float, ...], confidence: float) -> b
 
 
 def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float, ...] | None:
-    """Return `knees` and one additional knee, all at their best speeds, or None.
+    """Return `knees` with one more knee, all knees at their best speeds, or None.
 
-    The result is None if no speed is possible for an additional knee.
+    The result is None if no speed is possible for one more knee.
     """
     slow = np.sort(means.mean(means.speed))
     fast = np.sort(np.maximum.reduceat(means.speed, means.starts))

@@ -96,7 +96,7 @@ def highest_peak(
 
 
 def snapped(peak: SpectrumPeak) -> float:
-    """Return the wave number [1/rad] of a peak on a rotary axis, rounded if it is nearly whole.
+    """Return the wave number [1/rad] of a peak on a rotary axis, rounded if nearly a whole number.
 
     A whole wave number is a whole number of cycles per turn.
     """

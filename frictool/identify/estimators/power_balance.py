@@ -25,7 +25,7 @@ POWER_BALANCE = "power-balance"
 
 
 def by_speed(samples: RegressionSamples) -> Vector:
-    """Return the weight of each row in the power balance, (n,): its speed |v|."""
+    """Return the weight of each row in the power balance, (n,), which is the speed |v|."""
     return np.abs(samples.velocity)
 
 

@@ -80,7 +80,7 @@ class SegmentSimulation:
         """Return the residual (m,) of one segment.
 
         In open loop, `error` (m,) [N m | N] is added to the measured effort. If the simulation
-        fails, all residuals are a large constant.
+        fails, each residual is the same large number.
         """
         p, load = axis_and_load(values, self.bench, segment.record)
         state = _state(segment, p)
@@ -151,7 +151,7 @@ class SegmentSimulation:
 
 
 def _state(segment: RecordSegment, p: Vector) -> Vector:
-    """Return the initial state (7,); the backlash of a moving axis is closed in its direction."""
+    """Return the initial state (7,); a moving axis starts with its backlash closed."""
     state = segment.start()
     if state[VELOCITY] != 0.0:
         state[GAP] = np.sign(state[VELOCITY]) * 0.5 * p[BACKLASH]
@@ -161,7 +161,7 @@ def _state(segment: RecordSegment, p: Vector) -> Vector:
 def observer_rate(record: MotionRecord) -> float:
     """Return the rate [1/s] at which the observer's error decays.
 
-    This decay is fast relative to a stroke, and slow relative to the sample period.
+    The decay is much faster than a stroke, and much slower than a sample period.
     """
     lengths = np.bincount(find_strokes(record).number)
     return min(OBSERVER / (float(np.median(lengths)) * record.period), 0.1 / record.period)

@@ -132,8 +132,8 @@ def simulated_position(
 def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> SimulationFit:
     """Return the parameters that minimise the squared residual of a simulation.
 
-    The search starts at the parameters `start` [SI]. In a free swing with the torque disabled, an
-    error of the friction has a larger effect in each later stroke. The first searches therefore use
+    The search starts at the parameters `start` [SI]. In a free swing with the torque disabled, the
+    effect of an error of the friction grows from stroke to stroke. The first searches therefore use
     only the first strokes of a swing. If the axis comes to rest, the squared residual has local
     minima; the search is therefore repeated from other values of Coulomb friction. Raises
     UnusableLogs if a search does not converge.

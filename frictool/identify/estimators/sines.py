@@ -10,10 +10,10 @@ stroke, where the speed is above half of the stroke's largest speed (|sin| > 1/2
 whole periods, which include stick at the reversals. <v> is a distance divided by a duration, so
 that even a coarse encoder is sufficient if a stroke has many counts.
 
-The inertia is not estimated. The effort that accelerates the inertia is subtracted, with the value
-in bench.yaml; the range in bench.yaml widens the intervals slightly. Knees, which are speeds at
-which the viscous friction changes, are estimated (`piecewise_friction`). The strokes must have
-different speeds, but need not be sines.
+The inertia is not estimated. The effort that accelerates the inertia in bench.yaml is subtracted;
+the range of this inertia widens the intervals slightly. Knees, which are speeds at which the
+viscous friction changes, are estimated (`piecewise_friction`). The strokes must have different
+speeds, but need not be sines.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ from frictool.typing import Matrix, Vector
 
 COLUMNS = ("viscous", "coulomb", "offset")
 NO_INERTIA = (
-    "the method of sines cannot identify it: the mean acceleration in the middle of a stroke is "
-    "nearly zero"
+    "the method of sines cannot identify the inertia: the mean acceleration in the middle of a "
+    "stroke is nearly zero"
 )
 GATE = 0.5  # speed above which samples are used, relative to the largest speed of the stroke
 # share of noise in the acceleration (`smoothing`); the velocity only selects the samples
@@ -290,7 +290,7 @@ def _of_inertia(
 
 
 def not_negative(interval: Interval) -> Interval:
-    """Replace a negative value and the lower end by 0 if the upper end is positive.
+    """Replace a negative value and a negative lower end by 0 if the upper end is positive.
 
     Otherwise, the interval is returned unchanged.
     """

@@ -10,9 +10,9 @@ distance, and its speed drifts by at most a twentieth.
 Speed, acceleration and effort of a run are means with the weights (1 - w^2)^2, where w is the time
 from -1 at the start of the run to +1 at its end. These means satisfy the equation of motion without
 a derivative of the position. In short runs the speed still settles. The effort that accelerates the
-inertia is therefore subtracted. The inertia is the value in bench.yaml; the intervals include the
-effect of every inertia in its range. If all runs have the same direction, the offset in bench.yaml
-is used, and its range widens the interval of Coulomb friction.
+inertia is therefore subtracted. The inertia in bench.yaml is used; the intervals include the effect
+of every inertia in the range in bench.yaml. If all runs have the same direction, the offset in
+bench.yaml is used, and the range of this offset widens the interval of Coulomb friction.
 
 For fixed (v_s, delta) the other parameters are linear. v_s is searched; delta is 2 or, if the data
 support it, 1 or 1/2. Schwarz's criterion (BIC) decides between the curve and a straight line. For
@@ -112,15 +112,15 @@ def stribeck_curve(
 
     Curve and line have Coulomb friction, viscous friction and offset; the curve also has breakaway
     and Stribeck velocity. The line is fitted if friction does not fall with speed, or if the runs
-    do not determine breakaway and Stribeck velocity. In the second case, the intervals of the line
-    are extended to the values of the curve.
+    do not determine breakaway and Stribeck velocity. In the second case, each interval of the line
+    is extended to contain the value of the curve.
 
     Raises
     ------
     UnusableLogs
-        If there are no runs at constant speed, if a direction has only one to five, if their speeds
-        differ by less than a factor of 2, or if all runs have the same direction and the bench has
-        no `mechanics.offset`.
+        If there are no runs at constant speed, if a direction has only one to five runs, if the
+        speeds of the runs differ by less than a factor of 2, or if all runs have the same direction
+        and the bench has no `mechanics.offset`.
     """
     inertia = known_inertia(bench)
     runs = find_runs(records)
@@ -165,7 +165,7 @@ def _known_offset(bench: Bench) -> Interval:
     if offset is None:
         raise UnusableLogs(
             "all runs at constant speed have one direction, so that Coulomb friction and offset "
-            "cannot be separated; add runs in the other direction, or mechanics.offset to the bench"
+            "cannot be separated; add runs in the other direction, or state mechanics.offset"
         )
     return Interval(offset.value, *offset.interval)
 
@@ -235,7 +235,7 @@ def _fitted(
 
 
 def _sum(one: Interval, other: Interval) -> Interval:
-    """Return the sum of two estimates with negatively correlated errors.
+    """Return the sum of two estimates whose errors are negatively correlated.
 
     The half width is that of independent errors, which is an upper bound.
     """
@@ -321,10 +321,10 @@ def _runs(record: MotionRecord) -> list[RunRow]:
 
 
 def _whole_stroke(record: MotionRecord, start: int, end: int) -> list[RunRow]:
-    """Return a list with one row for a stroke without its ends.
+    """Return a list with one row for the middle of a stroke.
 
-    The list is empty if the speed varies: the position deviates from a line in time by more than
-    WHOLE_SHARE of the distance, or the speed drifts by more than MOST_DRIFT.
+    The list is empty if the position deviates from a line in time by more than WHOLE_SHARE of the
+    distance, or if the speed drifts by more than MOST_DRIFT.
     """
     ends = max(BLOCK, int(ENDS_SHARE * (end - start)))
     position = record.position[start + ends : end - ends]
@@ -365,7 +365,7 @@ def _row(record: MotionRecord, first: int, last: int) -> list[RunRow]:
 
 
 def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
-    """Return velocity and exponent of the best Stribeck curve; (0, 2) if a line fits as well."""
+    """Return velocity and exponent of the best Stribeck curve, or (0, 2) if a line fits as well."""
     count = runs.speed.size
     low = np.log(0.3 * runs.speed.min())
     high = np.log(runs.speed.max())

@@ -4,7 +4,7 @@ Each record is cut into halves at the reversal nearest to its middle, where a si
 at rest. A model that is fitted to one half by output error simulates the other half. Load terms
 (`load_terms`) are added to inertia, viscous friction, Coulomb friction and offset one at a time. A
 term is kept if the squared errors of the predicted strokes decrease significantly (Student's test
-of paired strokes), and if their rms error falls by a fifth.
+of paired strokes), and if the rms error of the predicted strokes falls by a fifth or more.
 
 If the bench declares its load terms, exactly these terms are used. If the logs are too short for
 halves, no term is added. Of long records, only evenly spaced parts are simulated.
@@ -64,8 +64,8 @@ class HeldOutPrediction:
     - terms: load terms of the model
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - values: parameters fitted to each half, SI
-    - errors: rms prediction error [rad | m] of each set of terms that was compared; the key joins
-      the terms with "_", and is "sliding" without terms
+    - errors: rms prediction error [rad | m] of each set of terms that was compared. The key joins
+      the terms with "_"; the key of the set without terms is "sliding".
     """
 
     terms: tuple[str, ...]
@@ -120,7 +120,7 @@ def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) ->
 def choose_terms(
     records: Sequence[MotionRecord], bench: Bench, known: Mapping[str, float], confidence: float
 ) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Return the best load terms, and the rms prediction error [rad | m] of each tried set.
+    """Return the best load terms, and the rms prediction error [rad | m] of each set of terms.
 
     `known` are the start values of the parameters, SI.
     """

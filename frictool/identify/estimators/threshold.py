@@ -1,7 +1,7 @@
 """Least squares on position differences of samples faster than a threshold (thesis 4.18).
 
-The default of the threshold is a tenth of the top speed. `least_squares` derives the threshold from
-encoder and motion instead.
+The default threshold is a tenth of the top speed. The method `least_squares` derives its threshold
+from encoder and motion instead.
 """
 
 from __future__ import annotations

@@ -105,8 +105,8 @@ def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
 
     - mean: matrix M of the module docstring, mean of row^T row over the rows [regressors, effort],
       (p + 1, p + 1)
-    - noise: matrix S, noise variances of the columns of a row, (p + 1, p + 1); the last one, of the
-      effort, must be positive
+    - noise: matrix S, noise variances of the columns of a row, (p + 1, p + 1); the last variance,
+      that of the effort, must be positive
     """
     scale = np.sqrt(np.diag(mean))
     m, s = mean / np.outer(scale, scale), noise / np.outer(scale, scale)

@@ -13,10 +13,10 @@ friction changes), are added if they improve the prediction of strokes that the 
 viscous friction is that below the first knee.
 
 The expected precision (assess/weak_form_precision.py) determines the length of the window, and
-whether the inertia is identifiable. The encoder's noise makes the fitted inertia too small, and
-most so if the noise is white. Half of this largest error is added to the inertia, and the interval
-is widened by half of it on either side. If strokes repeat each other, nothing is added, and the
-interval is widened by the whole error on either side.
+whether the inertia is identifiable. The encoder's noise makes the fitted inertia too small. The
+error is largest if the noise is white. Half of this largest error is added to the inertia, and the
+interval is widened by the same half on either side. If strokes repeat each other, nothing is added,
+and the interval is widened by the whole largest error on either side.
 """
 
 from __future__ import annotations
@@ -104,7 +104,8 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if precision >= known:
         kept = {name: interval for name, interval in result.parameters.items() if name != "inertia"}
         reason = (
-            f"the weak form over {window} samples would give {percent(precision)}; "
+            f"the weak form over {window} samples would give a half width of "
+            f"{percent(precision)}; "
             f"the bench's range is narrower: {percent(known)}"
         )
         return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})

@@ -1,9 +1,9 @@
-"""Choice of position polynomials and speed knees for the weak form by their predictions.
+"""Choice of position polynomials and speed knees for the weak form, by the prediction of strokes.
 
 Friction is a polynomial of the position. Its order is judged by the prediction of strokes that the
-fit did not use. The smallest order is used whose prediction is not significantly worse than that of
-the best order. The order is 0 unless the best order reduces the rms prediction error significantly
-and by at least a fifth.
+fit did not use. The best order has the smallest prediction error. The smallest order whose
+prediction is not significantly worse is used. The order is 0 unless the best order reduces the rms
+prediction error significantly and by at least a fifth.
 
 Viscous friction changes at certain speeds, the knees. Each new knee is placed at the speed at which
 it reduces the residual most. The knee is kept if it reduces the rms prediction error significantly
@@ -109,7 +109,7 @@ class _Comparison:
         return None if squares is None else by_stroke(squares, self.stroke)
 
     def of_best_order(self) -> tuple[FrictionStructure, Vector | None]:
-        """Return the structure with the chosen order, and its squared prediction errors (s,)."""
+        """Return the structure with the chosen order, and squared prediction errors (s,)."""
         errors = {
             order: squares
             for order in range(HIGHEST + 1)

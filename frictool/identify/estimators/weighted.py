@@ -33,7 +33,7 @@ def weighted(
 
 
 def inverse_deviation(samples: RegressionSamples) -> Vector:
-    """Return the weight of each row (n,): 1/(standard deviation of the residuals at its speed).
+    """Return the weight of each row (n,), 1/(standard deviation of the residuals at its speed).
 
     The standard deviation is that of the row's speed class. Raises UnusableLogs if the regressors
     are dependent.

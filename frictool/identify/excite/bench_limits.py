@@ -71,7 +71,7 @@ class BenchLimits:
     def acceleration(self, speed: float) -> float:
         """Return the largest acceleration at `speed`, rad/s^2 | m/s^2.
 
-        The result is not positive if friction and load need all of the effort.
+        The result is 0 or negative if friction and load need all of the effort.
         """
         return (self.effort - self.viscous * speed - self.steady) / self.inertia
 
@@ -93,8 +93,8 @@ def limits_of(bench: Bench) -> BenchLimits:
     if left <= 0.0:
         also = " and the load take" if load else " takes"
         raise NoSolutionError(
-            f"{bench.name}: the drive gives at least {effort:.3g} {si_unit('effort', bench.axis)} "
-            f"at its limit, and friction{also} up to {coulomb + offset + load:.3g}: motion "
+            f"{bench.name}: the drive may give only {effort:.3g} {si_unit('effort', bench.axis)} "
+            f"at its limit, but friction{also} up to {coulomb + offset + load:.3g}: motion "
             "is not certain; raise actuator.limit, or narrow `mechanics`"
         )
     if known.top_speed is None and viscous <= 0.0:
@@ -195,8 +195,9 @@ def check_reference(
     fastest = float(np.abs(velocity).max())
     if fastest > limits.speed * (1.0 + ROUNDING):
         raise NoSolutionError(
-            f"speed: the test reaches {fastest:.4g} {unit}/s; allowed (mechanics.top_speed): "
-            f"{limits.speed:.4g}; lower the speed, the amplitude or the frequency"
+            f"speed: the test reaches {fastest:.4g} {unit}/s; allowed: at most "
+            f"{limits.speed:.4g} (mechanics.top_speed); lower the speed, the amplitude or the "
+            "frequency"
         )
     inertial = limits.inertia * acceleration + limits.viscous * velocity
     needed = float(np.abs(inertial + np.sign(velocity) * limits.steady).max())
@@ -205,5 +206,6 @@ def check_reference(
         raise NoSolutionError(
             f"drive: the test needs {limits.drive_limit * needed / limits.effort:.3g} {drive} "
             f"on the heaviest axis at {hardest:.4g} {unit}/s^2; "
-            f"allowed (actuator.limit): {limits.drive_limit:.3g}; lower the frequency or the speed"
+            f"allowed: at most {limits.drive_limit:.3g} (actuator.limit); lower the frequency "
+            "or the speed"
         )

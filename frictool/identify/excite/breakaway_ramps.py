@@ -84,7 +84,7 @@ class SimulatedRamps(NamedTuple):
 def breakaway_range(bench: Bench) -> tuple[float, float, float]:
     """Return the least, expected and largest breakaway, N m | N.
 
-    If the bench has no breakaway, the three values are computed from its Coulomb friction.
+    If the bench states no breakaway, the three values are computed from Coulomb friction.
     """
     known, coulomb = bench.mechanics.breakaway, bench.mechanics.coulomb
     if known is not None:
@@ -131,8 +131,8 @@ def breakaway_ramps(
     unit = "A" if limits.drive == "current" else "V"
     if not needed <= top <= limits.drive_limit:
         raise NoSolutionError(
-            f"{limits.drive}: the ramps rise to {top:.4g} {unit}; allowed: {needed:.4g} (for the "
-            f"largest breakaway) to {limits.drive_limit:.4g} (actuator.limit)"
+            f"{limits.drive}: the ramps rise to {top:.4g} {unit}; allowed: from {needed:.4g} "
+            f"(largest breakaway) to {limits.drive_limit:.4g} (actuator.limit)"
         )
     travel = limits.travel if math.isfinite(limits.travel) else 2.0 * math.pi
     ramp = Ramp(
@@ -205,7 +205,7 @@ def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> Simul
         )
     if played.speed > limits.speed:
         raise NoSolutionError(
-            f"speed: the {name} axis reaches {played.speed:.4g} {unit}/s; allowed: "
+            f"speed: the {name} axis reaches {played.speed:.4g} {unit}/s; allowed: at most "
             f"{limits.speed:.4g}; {hint}"
         )
     return played

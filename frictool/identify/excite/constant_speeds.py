@@ -2,9 +2,9 @@
 
 A run is a motion in one direction from rest to rest. Its speed rises and falls as a raised cosine
 and is constant in between. The spare effort (`half_sines.spare_effort`) is the part of the largest
-effort that dry friction and load do not need. Half of it accelerates the axis, and half overcomes
-viscous friction at the top speed. The fastest run accelerates and decelerates over half of the
-travel.
+effort that dry friction and load do not need. Half of the spare effort accelerates the axis, and
+half overcomes viscous friction at the top speed. The fastest run accelerates and decelerates over
+half of the travel.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def chosen_speeds(
     if slowest >= 0.5 * top:
         raise NoSolutionError(
             f"speeds: the slowest run needs {slowest:.3g} {limits.unit}/s to pass "
-            f"{FEWEST_COUNTS:g} encoder counts, and the bench allows {top:.3g}; raise --duration "
+            f"{FEWEST_COUNTS:g} encoder counts, but at most {top:.3g} is allowed; raise --duration "
             "or lower --speeds"
         )
     return [float(speed) for speed in np.geomspace(slowest, top, count)]

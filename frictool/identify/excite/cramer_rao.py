@@ -24,8 +24,8 @@ A spring has the column x - middle. A delay of the effort has the column -du/dt,
 is proportional to x - middle, and du/dt is a sum of acceleration, speed and a constant. Only
 strokes of different lengths therefore separate these effects from the parameters.
 
-If the axis moves less than a count per sample, e_x is a sawtooth and not white, and has less power
-at low frequencies than assumed here.
+If the axis moves less than a count per sample, e_x is a sawtooth and not white noise. The power of
+e_x at low frequencies is then smaller than assumed here.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class PriorAxis:
     - backlash: full width of the backlash, rad | m; samples inside the backlash are not used
     - loads: declared loads
     - middle: middle of the travel and of the strokes, rad | m
-    - effects: effects of unknown size, `delay` or `spring`; each adds a regressor
+    - effects: effects of unknown size, `delay` or `spring`, each of which adds a regressor
     """
 
     inertia: float
@@ -116,8 +116,8 @@ class PlannedStroke:
 def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
     """Return the information matrix M (p, p) of all strokes, each in both directions.
 
-    Rows and columns are in the order of the columns of `regressors`; the effects are last. If their
-    rows and columns are removed, M is the information about an axis without these effects.
+    Rows and columns are in the order of the columns of `regressors`; the effects are last. Without
+    the rows and columns of the effects, M is the information about an axis without effects.
     """
     total: Vector | None = None
     for stroke in strokes:
@@ -135,7 +135,7 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
 def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
     """Return the inertia, viscous, Coulomb and offset entries (4,) of `values` (p,).
 
-    If the axis has no offset, this entry is 0.
+    If the axis has no offset, the offset entry is 0.
     """
     return np.asarray([*values[:3], values[3] if axis.loads.offset else 0.0])
 

@@ -40,7 +40,8 @@ class ExcitationSettings:
     - speed: top speed, rad/s | m/s
     - rate: slope of the ramps, A/s | V/s
     - duration: duration of the test, s
-    - repetitions, speeds, harmonics: numbers of repetitions, of speeds, and of harmonics
+    - repetitions, speeds, harmonics: number of repetitions, number of speeds, and number of
+      harmonics
     - seed: seed of the random reversal positions
     - open_loop: True if every ramp is played to its top
     """
@@ -114,7 +115,7 @@ def _sine(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> Ex
 def _stroke(
     bench: Bench, limits: BenchLimits, settings: ExcitationSettings, duration: float
 ) -> PlannedStroke:
-    """Return the stroke with the top speed 2 pi f A, from frequency f and amplitude A.
+    """Return the stroke of a sine with the frequency f, the amplitude A and the top speed 2 pi f A.
 
     A setting that is None becomes as large as the limits allow. If all settings are None, the best
     stroke is chosen.
@@ -135,8 +136,8 @@ def _stroke(
         )
         if distance is None:
             raise NoSolutionError(
-                f"acceleration: no amplitude above {0.5e-4 * longest:.3g} {limits.unit} is "
-                f"possible at {frequency:g} Hz; lower the frequency"
+                f"acceleration: even an amplitude of {0.5e-4 * longest:.3g} {limits.unit} is too "
+                f"large at {frequency:g} Hz; lower the frequency"
             )
     distance = float(distance) if distance is not None else longest_distance(limits)
     if frequency is not None:
@@ -213,7 +214,7 @@ def _bearable(duration: float, bench: Bench) -> None:
     if duration / bench.sample_period_s > LONGEST:
         raise NoSolutionError(
             f"duration: {duration:.4g} s is {duration / bench.sample_period_s:.3g} samples; "
-            f"allowed: {LONGEST:g}; shorten the test"
+            f"allowed: at most {LONGEST:g}; shorten the test"
         )
 
 

@@ -18,7 +18,8 @@ TOP_SHARE = 0.9
 def half_sine(start: float, end: float, speed: float, period: float) -> Motion:
     """Return position, velocity and acceleration (n,) of a half sine from `start` to `end`.
 
-    The last sample is one sample before `end`; the top speed is at most `speed`.
+    The last sample is one sample period before the arrival at `end`. The top speed is at most
+    `speed`.
     """
     samples = max(2, math.ceil(0.5 * math.pi * abs(end - start) / (speed * period)))
     rate = math.pi / (samples * period)

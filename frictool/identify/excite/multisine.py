@@ -82,10 +82,11 @@ def multisine(
     """Return position, velocity and acceleration (n,), and numbers that describe the motion.
 
     - period: sample period, s
-    - phases: phases of the harmonics, (harmonics,), rad
+    - phases: phase of each harmonic, (harmonics,), rad
     - frequency: frequency of the first harmonic, Hz; None for the frequency at which travel and
       speed both reach their limits
-    - amplitude: half the range of positions, rad | m; None for the largest that the limits allow
+    - amplitude: half the range of positions, rad | m; None for the largest amplitude that the
+      limits allow
     - repetitions: number of periods
     """
     coarse = _sums(_circle(phases), phases)

@@ -1,7 +1,7 @@
 """Breakaway ramps that reach a requested precision in the shortest time.
 
-An onset is the moment at which a ramp starts to move the axis. The breakaway has two errors: one
-averages out over the onsets, the other is due to the range of the inertia
+An onset is the moment at which a ramp starts to move the axis. The breakaway has two errors. The
+first averages out over the onsets. The second is due to the range of the inertia
 (assess/ramp_precision.py). Both errors grow with the rate of the ramps, whereas the duration of a
 ramp decreases. The rate with the shortest test is searched on a grid.
 """
@@ -85,8 +85,8 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     if request.duration is None and needed > request.longest:
         raise NoSolutionError(
             f"time: breakaway={100 * request.wanted['breakaway']:.3g}% needs ramps of "
-            f"{needed:.3g} s; allowed: {request.longest:.4g} s; raise --longest, use a finer "
-            "encoder, or narrow mechanics.inertia"
+            f"{needed:.3g} s; allowed: at most {request.longest:.4g} s; raise --longest, use a "
+            "finer encoder, or narrow mechanics.inertia"
         )
     rounds = max(1, math.ceil(onsets / (2 * SEGMENTS)))
     segments = math.ceil(onsets / (2 * rounds))
@@ -106,7 +106,7 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
 
 
 def _onsets(single: float, common: float, limit: float) -> float:
-    """Return the smallest even number of onsets whose mean has a standard deviation <= `limit`.
+    """Return the smallest even number of onsets for which the breakaway's error is at most `limit`.
 
     Return inf if no number suffices.
     """

@@ -51,8 +51,8 @@ class PrecisionRequest:
     - seed: seed of the random reversal positions
     - robust: True for two additional requirements: the strokes must separate the effects EFFECTS
       from inertia and friction, and no parameter may be much less precise than the others
-    - factors: for each parameter, factor by which the half width that `identify` reports exceeds
-      the computed one; EXPECTED_FACTOR for a parameter that is not a key
+    - factors: for each parameter, half width that `identify` reports divided by the computed half
+      width; EXPECTED_FACTOR for a parameter that is not a key
     """
 
     wanted: Mapping[str, float]
@@ -64,7 +64,7 @@ class PrecisionRequest:
     factors: Mapping[str, float] = field(default_factory=dict)
 
     def factor(self, name: str) -> float:
-        """Return the entry of a parameter in `factors`; EXPECTED_FACTOR if there is none."""
+        """Return the entry of a parameter in `factors`, or EXPECTED_FACTOR if it is not a key."""
         return self.factors.get(name, EXPECTED_FACTOR)
 
     @property
@@ -78,7 +78,7 @@ class PrecisionRequest:
 
         If the request is robust, the target of a sliding parameter is the geometric mean of its
         requested half width and the smallest requested half width, because the error of an
-        imprecise parameter affects the others.
+        imprecise parameter affects the other parameters.
         """
         targets = self.only(SLIDING)
         if not self.robust or not targets:
@@ -199,7 +199,8 @@ def _expected_deviation(
 ) -> Vector:
     """Return the standard deviations (p,) of least squares over windows; 0 for loads.
 
-    The deviations exceed the Cramér-Rao bound. `identify` uses this estimator or a better one.
+    The deviations exceed the Cramér-Rao bound. `identify` uses this estimator or a better
+    estimator.
     """
     strokes = [
         replace(one.stroke, times=float(count))
@@ -258,8 +259,8 @@ def stroke_motion(
     """Return the motion in which each of the k candidates is repeated.
 
     `times` (k + 1,) contains the number of repetitions of each candidate, then the number of
-    pauses, which are spread evenly. The ends of the strokes vary at random by up to SPREAD times
-    `reach`, so that the encoder errors differ between strokes.
+    pauses. The pauses are spread evenly. The ends of the strokes vary at random by up to SPREAD
+    times the candidate's `reach`, so that the encoder errors differ between strokes.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
@@ -290,7 +291,7 @@ def stroke_motion(
 
 
 def _part(start: float, end: float, speed: float, period: float) -> Motion:
-    """Return a stroke from `start` to the sample before `end`, with top speed <= `speed`."""
+    """Return a stroke from `start` to one sample period before the arrival at `end`."""
     stroke = PlannedStroke(speed, abs(end - start))
     samples = max(2, math.ceil(stroke.duration / period))
     duration = samples * period
@@ -320,7 +321,7 @@ def _unreachable(bench: Bench, request: PrecisionRequest, needed: float | None) 
 
     wanted = ", ".join(f"{name}={100 * one:.3g}%" for name, one in request.only(SLIDING).items())
     limit = (
-        f"time: {wanted} needs a test of {needed:.3g} s; allowed: {request.longest:.4g} s"
+        f"time: {wanted} needs a test of {needed:.3g} s; allowed: at most {request.longest:.4g} s"
         if needed is not None
         else f"travel: strokes on this bench do not separate {', '.join(request.only(SLIDING))}"
     )

@@ -1,7 +1,7 @@
 """Sine of the position, and the condition number of its regression (thesis 4.30 to 4.33).
 
-If the equation is scaled by sqrt(2)/V with the top speed V, the condition number is 19, the least
-possible value, for every V. The sine is therefore chosen by another criterion: among the sines that
+If the equation is scaled by sqrt(2)/V with the top speed V, the condition number is 19 for every V,
+the least possible value. The sine is therefore chosen by another criterion: among the sines that
 the bench can follow, it minimises the largest relative Cramér-Rao bound of inertia, viscous and
 Coulomb friction.
 """

@@ -9,7 +9,7 @@ are computed for the worst axis within the a-priori intervals:
 - The drive constant is the largest for the noise of the effort, and the smallest for the drive
   signal.
 - A spring and a delay have unknown sizes, since `identify` allows for both effects in its
-  intervals. Only a mix of strokes can separate them from inertia and friction.
+  intervals. Only a mix of strokes can separate the two effects from inertia and friction.
 - The backlash is at its upper end. Two kinds of samples are excluded: samples inside the backlash,
   and samples slower than 2 % of the stroke's top speed, where the axis may stick.
 """
@@ -52,7 +52,7 @@ class StrokeCandidate:
 
     - stroke: mean stroke; the reversal positions vary by the share SPREAD of `reach`
     - reach: largest distance between two successive reversals, rad | m
-    - information: information matrix of both directions, (p, p); its last rows and columns belong
+    - information: information matrix of both directions, (p, p); the last rows and columns belong
       to the effects
     - mean_square: mean square of the drive signal divided by its limit, on the worst axis
     """
@@ -71,7 +71,7 @@ class StrokeCandidate:
 def worst_axis(bench: Bench, effects: tuple[str, ...] = ()) -> PriorAxis:
     """Return the a-priori axis with the upper ends of inertia and viscous friction.
 
-    The axis also has each of `effects` that the bench does not declare as a load.
+    An effect in `effects` that the bench declares as a load is left out.
     """
     known = bench.mechanics
     axis = axis_known(bench)

@@ -98,8 +98,8 @@ def shortest(program: StrokeProgram) -> Vector | None:
 def best_within(program: StrokeProgram, duration: float) -> Vector | None:
     """Return the repetitions (k,) of the most precise test of at most `duration` [s].
 
-    Return None if there is no such test. All limits are multiplied by a common factor, which a
-    bisection chooses such that the shortest test has this duration.
+    All limits are multiplied by a common factor, which a bisection chooses such that the shortest
+    test has this duration. Return None if no factor gives such a test.
     """
     shares = _shares(program)
     if shares is None:
@@ -134,7 +134,7 @@ def _one_more(times: Vector, index: int) -> Vector:
 
 
 def _shares(program: StrokeProgram) -> Vector | None:
-    """Return the shares (k,) of the duration that minimise the ratio `worst`, or None."""
+    """Return the fractions (k,) of the duration that minimise the ratio `worst`, or None."""
     rate = program.information / program.duration[:, None, None]
     shares = optimal_shares(rate, program.limit, program.mean_square - program.rms**2)
     if shares is None:
@@ -144,7 +144,7 @@ def _shares(program: StrokeProgram) -> Vector | None:
 
 
 def _pruned(program: StrokeProgram, times: Vector) -> Vector:
-    """Add strokes to `times` (k,) until all constraints hold, then remove those not needed."""
+    """Add strokes to `times` (k,) until all constraints hold, then remove needless strokes."""
     while not program.allowed(times) or program.worst(times) > 1.0:
         support = np.flatnonzero(times)
         scores = [program.worst(_one_more(times, int(one))) for one in support]
@@ -166,7 +166,7 @@ def _pruned(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
-    """Return `times` (k,) with one more stroke; one more pause if the drive signal is too large."""
+    """Return `times` (k,) with one more stroke or, for a too large drive signal, one more pause."""
     pauses = np.flatnonzero(program.mean_square == 0.0)
     moving = np.flatnonzero((times > 0.0) & (program.mean_square > 0.0))
     short = times[moving].sum() < FEWEST_PAIRS or not pauses.size

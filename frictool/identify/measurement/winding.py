@@ -233,8 +233,8 @@ def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
     known = [one for one in intervals if one is not None]
     if len(known) < len(intervals):
         return UnusableLogs(
-            "the logs do not determine it: the motor did not move, or the current settles within a "
-            "sample period"
+            "the logs do not determine this value: the motor did not move, or the current settles "
+            "within a sample period"
         )
     low = min(one.low for one in known)
     high = max(one.high for one in known)

@@ -44,8 +44,8 @@ def unresolved_inertia(
     raw = inertia_error(prior.value, record.resolution, record.period, effort)
     if bound >= known:
         return (
-            f"quantisation can change it by {_percent(bound, prior.value)} after smoothing "
-            f"{smoothing} ({_percent(raw, 1.0)} without); the bench's range is narrower: "
+            f"quantisation can change the inertia by {_percent(bound, prior.value)} after "
+            f"smoothing {smoothing} ({_percent(raw, 1.0)} without); the bench's range is narrower: "
             f"{_percent(known, prior.value)}"
         )
     return None
