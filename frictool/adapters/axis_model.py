@@ -79,7 +79,7 @@ def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float
 
 
 def load_of(model: Model) -> PositionLoad:
-    """Return the position-dependent load of the model's axis; `axis_of` does not include it."""
+    """Return the position-dependent load of the model's axis; `axis_of` leaves this load out."""
     return (
         PositionLoad()
         if model.laws is None or model.laws.load is None

@@ -18,9 +18,9 @@ from frictool.plant.uncertainty_channel import UncertainPlant, with_channel
 def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polytope:
     """Return the polytope of plants over the intervals of the `scheduled` parameters.
 
-    `intervals(model)` defines the intervals. The other parameters have the centres of their
-    intervals. Raises FrictoolError if `scheduled` contains `regime` and the model has no regimes.
-    Raises ValueError if `scheduled` is empty or contains a parameter twice.
+    `intervals(model)` defines the intervals. A parameter that is not scheduled has the value in the
+    middle of its interval. Raises FrictoolError if `scheduled` contains `regime` and the model has
+    no regimes. Raises ValueError if `scheduled` is empty or contains a parameter twice.
     """
     box = intervals(model)
     levels = regime_levels(model, box["coulomb"]) if "regime" in scheduled else None
@@ -65,7 +65,7 @@ def default_unit(model: Model) -> float:
     """Return the effort [N m | N] that corresponds to 1 in the uncertainty channel.
 
     The effort is the half-width of the Coulomb friction's interval. If this half-width is 0, the
-    effort error at the drive's limit due to the half-widths of constant and inertia is used. If
+    effort is the error at the drive's limit that the half-widths of constant and inertia cause. If
     this error is also 0, the effort is 1.
     """
     widths = half_widths(model)

@@ -22,8 +22,8 @@ def intervals(
 ) -> dict[str, tuple[float, float]]:
     """Return the parameter intervals for which `synth` designs a controller.
 
-    They are the intervals of `ranges`, but the interval of the Coulomb friction contains its values
-    at all positions of the travel.
+    The intervals are those of `ranges`, except that the interval of the Coulomb friction contains
+    the friction at every position of the travel.
 
     `factors`: as in `ranges`.
     """

@@ -3,8 +3,8 @@
     F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)         (thesis 2.33 and 2.34)
 
 F_c is the Coulomb friction, F_s the breakaway, v_s the Stribeck velocity and delta an exponent.
-viscous(v) is piecewise linear; a knee is a speed at which its slope changes (figure 4.10 of the
-thesis).
+viscous(v) is piecewise linear; a knee is a speed at which the slope of viscous(v) changes (figure
+4.10 of the thesis).
 """
 
 from __future__ import annotations
@@ -118,8 +118,8 @@ def is_plain(model: Model) -> bool:
 def signed_friction(model: Model, smoothing: float) -> tuple[Vector, Vector]:
     """Return signed speeds (n,) [rad/s | m/s] and the friction (n,) [N m | N] that opposes them.
 
-    The table contains the speeds where the friction bends, and the top speed in bench.yaml.
-    Between -`smoothing` and +`smoothing` it is a straight line, because the sign of such a low
+    The table contains the speeds where the friction bends, and the top speed in bench.yaml. Between
+    -`smoothing` and +`smoothing` the friction is a straight line, because the sign of such a low
     speed is uncertain.
     """
     top = model.bench.mechanics.top_speed

@@ -249,8 +249,9 @@ def step_values(
 ) -> float:
     """Run one sample of a program in double or float and return the drive [A | V].
 
-    v: values of the program (float64 or float32), changed in place. inputs: reference, position and
-    velocity. code, terms, writes, ports: arrays of the same names in `CompiledProgram`.
+    - v: values of the program (float64 or float32), changed in place
+    - inputs: reference, position and velocity
+    - code, terms, writes, ports: arrays of the same names in `CompiledProgram`
     """
     first = _first_row(v, ports, _give(v, ports, inputs[0], inputs[1], inputs[2]))
     run_values(code, terms, writes, v, first)

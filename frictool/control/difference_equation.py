@@ -35,7 +35,11 @@ DIED = 1e-9  # relative size of the remainder at which the sum ends
 class DifferenceEquation:
     """Linear controller x+ = a x + b e, u = c x + d e, with anti-windup gains.
 
-    x is the state, e the input, u the drive. a: (n, n). b, c: (n,). gains: anti-windup gains (n,).
+    x is the state, e the input, u the drive.
+
+    - a: matrix (n, n)
+    - b, c: vectors (n,)
+    - gains: anti-windup gains (n,)
     """
 
     a: Matrix
@@ -96,8 +100,9 @@ def output(
 ) -> ProgramNode:
     """Write the drive u = d e + c x to the program and return its node.
 
-    k: coefficients. entering: input e. bounds (n,): bounds of the states |x|, which are added to
-    the program here.
+    - k: coefficients
+    - entering: input e
+    - bounds (n,): bounds of the states |x|, which are added to the program here
     """
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
@@ -116,9 +121,12 @@ def advance(
 ) -> None:
     """Write the state update x[k+1] = a x[k] + b e[k] + l (limited u[k] - u[k]) to the program.
 
-    k: coefficients. entering: input e. excess: limited u minus u. While `hold` is true, the states
-    with the indices `integrators` keep their values. While `resting` is true, all other states are
-    set to 0.
+    - k: coefficients
+    - entering: input e
+    - excess: limited u minus u
+
+    While `hold` is true, the states with the indices `integrators` keep their values. While
+    `resting` is true, all other states are set to 0.
     """
     program.block("its states: next x = b e + l excess + a x")
     n = len(k.b)

@@ -21,9 +21,10 @@ def bounds(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the nodes (low, high) of the limits of the drive [A | V].
 
-    bound: largest |drive| [A | V]. winding: (resistance [ohm], torque constant [N m/A], supply
-    voltage [V]), or None if the supply voltage does not limit the drive. speed: measured speed,
-    required with a winding.
+    - bound: largest |drive| [A | V]
+    - winding: (resistance [ohm], torque constant [N m/A], supply voltage [V]), or None if the
+      supply voltage does not limit the drive
+    - speed: measured speed [rad/s | m/s]; required if `winding` is not None
     """
     high = program.constant(bound, "drive_limit")
     low = program.named("drive_low" if winding is None else "lowest", -high)

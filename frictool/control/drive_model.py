@@ -27,9 +27,12 @@ def mean_effort(
 ) -> ProgramNode:
     """Return the mean effort [N m | N] from this sample to the next.
 
-    drive: drive commanded at this sample [A | V]. constant: effort per unit of drive. bound:
-    largest magnitude of the drive [A | V]. delay_samples: delay of the drive [samples]. lag: time
-    constant tau of the current loop [s]. period: sample period T [s].
+    - drive: drive commanded at this sample [A | V]
+    - constant: effort per unit of drive
+    - bound: largest magnitude of the drive [A | V]
+    - delay_samples: delay of the drive [samples]
+    - lag: time constant tau of the current loop [s]
+    - period: sample period T [s]
     """
     program.block("the effort until the next sample, by the drive's delay and lag")
     acting = drive

@@ -29,9 +29,11 @@ from frictool.control.program import Program, ProgramNode
 class FeedforwardGains(NamedTuple):
     """Gains of the feedforward, in units of the drive [A | V].
 
-    inertia: drive per rad/s^2 | m/s^2. viscous: drive per rad/s | m/s. coulomb: drive that balances
-    the Coulomb friction. on: speed [rad/s | m/s] above which the Coulomb term is switched on. off:
-    speed [rad/s | m/s] below which the Coulomb term is switched off; smaller than `on`.
+    - inertia: drive per rad/s^2 | m/s^2
+    - viscous: drive per rad/s | m/s
+    - coulomb: drive that balances the Coulomb friction
+    - on: speed [rad/s | m/s] above which the Coulomb term is switched on
+    - off: speed [rad/s | m/s] below which the Coulomb term is switched off; smaller than `on`
     """
 
     inertia: float

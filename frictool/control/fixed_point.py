@@ -41,11 +41,14 @@ class FixedPointOverflow(ValueError):
 class FixedProgram:
     """Program in fixed point; the keys of its dictionaries are indices of nodes of the program.
 
-    bits: bits of a coefficient without its sign. fractions: number of fractional bits of each
-    value. shifts: right shifts (a, b, result) of the operands and the result of each operation.
-    term_shifts: shift of each product in a sum of products. write_shift: shift of the next value of
-    each state. constants: integer word of each constant. words: proved interval of each value's
-    integer word. longest: largest magnitude of all intermediate results.
+    - bits: bits of a coefficient without its sign
+    - fractions: number of fractional bits of each value
+    - shifts: right shifts (a, b, result) of the operands and the result of each operation
+    - term_shifts: shift of each product in a sum of products
+    - write_shift: shift of the next value of each state
+    - constants: integer word of each constant
+    - words: proved interval of each value's integer word
+    - longest: largest magnitude of all intermediate results
     """
 
     program: Program

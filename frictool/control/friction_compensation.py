@@ -133,10 +133,14 @@ def observer_compensation(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the compensating drive [A | V] and the estimated friction [A | V].
 
-    The friction is divided by the effort per unit of drive. bandwidth: bandwidth of the observer
-    [rad/s]. inertia: drive per unit of acceleration. gain: fraction of the estimated friction that
-    is compensated. most: bound of the estimated friction [A | V]. The caller must then call
-    `observe`, which writes the observer's next state.
+    The friction is divided by the effort per unit of drive.
+
+    - bandwidth: bandwidth of the observer [rad/s]
+    - inertia: drive per unit of acceleration
+    - gain: fraction of the estimated friction that is compensated
+    - most: bound of the estimated friction [A | V]
+
+    The caller must then call `observe`, which writes the observer's next state.
     """
     program.block("friction compensation from a disturbance observer")
     carried = program.constant(bandwidth * inertia, "observer_inertia") * speed
@@ -155,8 +159,10 @@ def observe(
 ) -> None:
     """Write the friction observer's next state to the program.
 
-    drive: applied drive [A | V]. estimate: estimated friction [A | V]. bandwidth: bandwidth of the
-    observer [rad/s]. period: sample period [s].
+    - drive: applied drive [A | V]
+    - estimate: estimated friction [A | V]
+    - bandwidth: bandwidth of the observer [rad/s]
+    - period: sample period [s]
     """
     step = program.constant(bandwidth * period, "observer_step")
     program.update("observed", program.states["observed"] + step * (drive - estimate))

@@ -35,9 +35,11 @@ def energy_released(
 ) -> ProgramNode:
     """Return the condition | |e| - J v^2/(2 F') | < band that releases the drive (thesis 5.7).
 
-    error: position error e [rad | m]. speed: v [rad/s | m/s]. band: half-width of the band of
-    positions around the target [rad | m]. inertia: J [kg m2 | kg]. friction: sum F' of real and
-    virtual friction [N m | N].
+    - error: position error e [rad | m]
+    - speed: speed v [rad/s | m/s]
+    - band: half-width of the band of positions around the target [rad | m]
+    - inertia: inertia J [kg m2 | kg]
+    - friction: sum F' of real and virtual friction [N m | N]
     """
     program.block("limit-cycle limiter (5.7): friction alone ends at the target")
     path = program.named(

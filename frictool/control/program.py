@@ -85,9 +85,11 @@ class ProgramNode:
 class GuardNodes(NamedTuple):
     """Nodes of the measurement guard (control/measurement_guard.py).
 
-    left: the state `holds_left`, the number of invalid samples that may still follow. left_now: its
-    next value. hold: the constant `hold_samples`. used: the inputs by name, after the guard has
-    replaced invalid ones. fault: true in the fault state.
+    - left: the state `holds_left`, the number of invalid samples that may still follow
+    - left_now: next value of this state
+    - hold: the constant `hold_samples`
+    - used: the inputs by name, after the guard has replaced invalid ones
+    - fault: node that is true in the fault state
     """
 
     left: ProgramNode
@@ -141,7 +143,7 @@ class Program:
         return node
 
     def constant(self, value: float, name: str = "") -> ProgramNode:
-        """Return the node of a constant; in the C code it is a literal number if it has no name."""
+        """Return the node of a constant; if `name` is empty, the C code contains the number."""
         key = (name, float(value))
         if key not in self._constants:
             self._constants[key] = self.node("constant", value=float(value))

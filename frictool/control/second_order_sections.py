@@ -74,8 +74,11 @@ def advance(
 ) -> None:
     """Write the update of the states s1, s2 of the m sections.
 
-    passed: input and output of each section. excess: limited drive minus drive. gains (2 m,):
-    anti-windup gains, factors of `excess`. While `resting` is true, all states are set to 0.
+    - passed: input and output of each section
+    - excess: limited drive minus drive
+    - gains (2 m,): anti-windup gains, factors of `excess`
+
+    While `resting` is true, all states are set to 0.
     """
     program.block("states of the sections")
     for k, ((_, b1, b2, _, a1, a2), (entered, left)) in enumerate(

@@ -30,8 +30,10 @@ def velocity(
 ) -> ProgramNode:
     """Return the filtered measured speed [rad/s | m/s].
 
-    motion: change of the position since the last sample [rad | m]. period: sample period [s].
-    bandwidth: bandwidth of the low-pass filter [rad/s]; 0 means no filter. order: 1 or 2.
+    - motion: change of the position since the last sample [rad | m]
+    - period: sample period [s]
+    - bandwidth: bandwidth of the low-pass filter [rad/s]; 0 means no filter
+    - order: order of the low-pass filter, 1 or 2
     """
     program.block(
         "measured speed: the encoder's difference"

@@ -36,8 +36,9 @@ STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
 class SlipMode:
     """Cell of the switched observer: interval of positions in one direction of motion.
 
-    high: upper end of the interval [rad | m]. friction: magnitude f_i [N m | N]. gains: L1 [1], L2
-    [1/s], L3 [wear per rad | m].
+    - high: upper end of the interval [rad | m]
+    - friction: magnitude f_i of the friction [N m | N]
+    - gains: correction gains L1 [1], L2 [1/s], L3 [wear per rad | m]
     """
 
     high: float
@@ -49,16 +50,21 @@ class SlipMode:
 class SwitchedParameters:
     """Parameters of the switched observer, in SI.
 
-    period: sample period [s]. inertia: inertia J [kg m2 | kg]. switch_speed: speed Sigma [rad/s |
-    m/s] below which the axis counts as stuck. forward, backward: cells in order of position; the
-    first and the last also apply beyond the travel. stuck: gains (L1, L2) of mode 0. kept: factor a
-    of the estimated speed in mode 0. additive: True if wear is an increase of friction, False if it
-    is a factor. curves (forward, backward): friction f as polynomials of the position, coefficients
-    in rising powers; if `additive`, they replace the cells' friction. travel: (low, high) position,
-    beyond which the polynomials keep their values. viscous: viscous friction [N m s/rad | N s/m], 0
-    in the thesis. offset: constant effort against a positive drive [N m | N], 0 in the thesis.
-    top_speed: bound of the estimated speed. wear: bounds (alpha_min, alpha_max) of the estimated
-    wear.
+    - period: sample period [s]
+    - inertia: inertia J [kg m2 | kg]
+    - switch_speed: speed Sigma [rad/s | m/s] below which the axis counts as stuck
+    - forward, backward: cells in order of position; the first and the last also apply beyond the
+      travel
+    - stuck: gains (L1, L2) of mode 0
+    - kept: factor a of the estimated speed in mode 0
+    - additive: True if wear is an increase of friction, False if it is a factor
+    - curves (forward, backward): friction f as polynomials of the position, coefficients in rising
+      powers; if `additive`, they replace the cells' friction
+    - travel: (low, high) position, beyond which the polynomials keep their values
+    - viscous: viscous friction [N m s/rad | N s/m], 0 in the thesis
+    - offset: constant effort against a positive drive [N m | N], 0 in the thesis
+    - top_speed: bound of the estimated speed
+    - wear: bounds (alpha_min, alpha_max) of the estimated wear
     """
 
     period: float

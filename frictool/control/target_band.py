@@ -51,8 +51,9 @@ def next_mode(
 ) -> ProgramNode:
     """Return the mode at this sample: RUN, BRAKE or REST.
 
-    inside: condition of `is_settled`. speed: measured speed [rad/s | m/s] for the action `brake`,
-    None for the action `cut`. rest_speed: speed below which braking ends [rad/s | m/s].
+    - inside: condition of `is_settled`
+    - speed: measured speed [rad/s | m/s] for the action `brake`, None for the action `cut`
+    - rest_speed: speed below which braking ends [rad/s | m/s]
     """
     rest = program.constant(REST)
     before = program.state("mode", RUN, REST, start=REST)

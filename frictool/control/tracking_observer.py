@@ -41,13 +41,17 @@ LEAST_EDGE = 1e-3
 class TrackingParameters:
     """Parameters of the tracking observer, in SI.
 
-    gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]. cell, step: widths of the innovation's dead zone
-    and of an encoder step [rad | m]. forward, backward: friction [N m | N] as polynomials of the
-    position [rad | m], coefficients in rising powers. travel: (low, high) position, beyond which
-    the friction is constant. breakaway: ratio of friction at rest to friction in slip. knees:
-    points at which the viscous friction bends: (speed, increase of the viscous coefficient above
-    that speed). backlash: width of the gap [rad | m]. loose: friction while the gap is open.
-    top_speed, most_effort: bounds of the speed and the disturbance.
+    - gains: correction gains L1 [1], L2 [1/s], L3 [N m/rad | N/m]
+    - cell, step: widths of the innovation's dead zone and of an encoder step [rad | m]
+    - forward, backward: friction [N m | N] as polynomials of the position [rad | m], coefficients
+      in rising powers
+    - travel: (low, high) position, beyond which the friction is constant
+    - breakaway: ratio of friction at rest to friction in slip
+    - knees: points at which the viscous friction bends: (speed, increase of the viscous coefficient
+      above that speed)
+    - backlash: width of the gap [rad | m]
+    - loose: friction while the gap is open
+    - top_speed, most_effort: bounds of the speed and the disturbance
     """
 
     period: float
@@ -72,9 +76,10 @@ class TrackingParameters:
 class TrackingNodes:
     """Nodes of the corrected estimates at a sample.
 
-    position: estimated position in encoder readings [rad | m]. gap: position of the motor in the
-    backlash; None if the model has no backlash. friction: dry friction (forward, backward). still:
-    node that is true while the axis is estimated to be at rest.
+    - position: estimated position in encoder readings [rad | m]
+    - gap: position of the motor in the backlash; None if the model has no backlash
+    - friction: dry friction (forward, backward)
+    - still: node that is true while the axis is estimated to be at rest
     """
 
     position: ProgramNode

@@ -43,7 +43,7 @@ FULL = 1e-6  # smallest singular value of D12 and D21 with full rank, relative t
 def scheduled_controllers(
     solution: GriddedSolution, points: Sequence[Values], plants: Sequence[GeneralisedPlant]
 ) -> tuple[Lti, ...]:
-    """Return one controller for each of `points` (values of r) and its plant.
+    """Return one controller for each pair of a point (values of r) and the plant at this point.
 
     The norm of the scheduled loop is at most `solution.gamma` while the parameters vary no faster
     than the solution's rates. Raises ValueError for sampled plants and if X is not constant. Raises
@@ -172,8 +172,8 @@ def certified_gamma(
     """Return the smallest norm bound gamma that P(r) of `lyapunov` proves at r = `values`, or inf.
 
     The proof is valid for all allowed rates of the parameters. The controller must have the state
-    coordinates of the scheduled controllers. It may also be a barycentric sum of the scheduled
-    controllers (5.64), for which the synthesis alone guarantees nothing.
+    coordinates of the scheduled controllers. A barycentric sum of the scheduled controllers (5.64)
+    is also allowed; the synthesis alone guarantees nothing for such a sum.
     """
     states = scipy.linalg.block_diag(solution.t, np.eye(controller.order))
     loop = plant.closed(controller).transformed(states)

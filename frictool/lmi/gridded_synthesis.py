@@ -60,9 +60,10 @@ INSIDE = 0.75
 class GridSchedule:
     """Dependence of the Lyapunov matrices X and Y on the scheduled parameters r_j.
 
-    rates: bound of |dr_j/dt| for each parameter, in 1/s (for sampled plants, per sample). X and Y
-    do not depend on a parameter whose rate is unbounded (inf). degrees: degrees of X and Y, 0 to 2.
-    points: number of points of the first grid along each parameter.
+    - rates: bound of |dr_j/dt| for each parameter, in 1/s (for sampled plants, per sample). X and Y
+      do not depend on a parameter whose rate is unbounded (inf).
+    - degrees: degrees of X and Y, 0 to 2
+    - points: number of points of the first grid along each parameter
     """
 
     rates: tuple[float, ...]
@@ -76,9 +77,11 @@ class GriddedSolution:
 
     X and Y solve the inequalities at `gamma` >= `optimum`, the smallest gamma. They are valid for
     plants in the complex variable p that `frame` defines, and in the state coordinates x = t
-    x_balanced. motions: corners of the rates (steps in discrete time) in the unit of time of
-    `frame`. points: values of r at the final grid points. checked: number of points at which the
-    inequalities were evaluated, including the finer grid.
+    x_balanced.
+
+    - motions: corners of the rates (steps in discrete time) in the unit of time of `frame`
+    - points: values of r at the final grid points
+    - checked: number of points at which the inequalities were evaluated, including the finer grid
     """
 
     x: Matrix

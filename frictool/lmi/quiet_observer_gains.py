@@ -78,10 +78,13 @@ def quiet_gains(
 ) -> QuietGains:
     """Return the switched-observer gains with the least noise amplification.
 
-    modes: matrices of each mode. switches: allowed switches (i, j). noise: amplitude n_i (m,) of
-    the measurement noise in each mode. decay: largest factor on the error per sample. factor:
-    allowed gamma, relative to the smallest one. apart: for each mode, mask (n, m) of the gains that
-    may differ from 0; states with equal rows of the mask must be consecutive.
+    - modes: matrices of each mode
+    - switches: allowed switches (i, j)
+    - noise: amplitude n_i (m,) of the measurement noise in each mode
+    - decay: largest factor on the error per sample
+    - factor: allowed gamma, divided by the smallest gamma
+    - apart: for each mode, mask (n, m) of the gains that may differ from 0; states with equal rows
+      of the mask must be consecutive
 
     Raises NoSolutionError if a mode is not detectable, or if no gains are proved for `factor` times
     the smallest gamma. Raises ValueError for a decay outside (0, 1] or a factor of at most 1.
@@ -246,8 +249,9 @@ class _QuietProblem:
 def _matrix(first: Matrix, below: Matrix, last: Matrix, square: Vector) -> Matrix:
     """Return the matrix of the inequality in the module docstring, from its blocks.
 
-    first, last (k, n, n): first and last diagonal block. square (k,): factor of the identity (w,
-    w), the middle diagonal block. below (k, n, n + w): the last block row, without `last`.
+    - first, last (k, n, n): first and last diagonal block
+    - square (k,): factor of the identity (w, w), the middle diagonal block
+    - below (k, n, n + w): the last block row, without `last`
     """
     n, whole = first.shape[1], below.shape[2]
     out = np.zeros((len(first), whole + n, whole + n))

@@ -34,7 +34,7 @@ FIRST, FACTOR, LARGEST = 1.0, 4.0, 1e6  # first and largest gamma tried, and the
 
 
 def smallest_gamma(plant: GeneralisedPlant) -> float | None:
-    """Return the smallest gamma, at most a fraction PRECISION too large.
+    """Return an upper bound of the smallest gamma, with a relative error of at most PRECISION.
 
     The result is None if the plant does not meet the conditions of the Riccati equations.
     """

@@ -50,7 +50,10 @@ UNSEEN = 1e-9
 class ObserverMode:
     """Matrices of one mode i in thesis (6.5).
 
-    a: A_i (n, n). c: C_i (m, n). q: Q_i (n, w). weight: C-bar_i (p, n).
+    - a: matrix A_i (n, n)
+    - c: matrix C_i (m, n)
+    - q: matrix Q_i (n, w)
+    - weight: matrix C-bar_i (p, n)
     """
 
     a: Matrix
@@ -68,10 +71,13 @@ class ObserverMode:
 class SwitchedGains:
     """Gains L_i (n, m) of each mode, and the bound `gamma` of the effect of the model error.
 
-    gamma is proved by thesis (6.9) with the matrices P_i. decay: factor lambda on the error per
-    sample. smallest_gamma: smallest gamma for lambda = 1 (in `QuietGains`: for the requested
-    lambda). t: scaling of the states. p: P_i for the scaled states t^-1 x; in SI units, rounding
-    errors would hide the decrease of e' P_i e.
+    gamma is proved by thesis (6.9) with the matrices P_i.
+
+    - decay: factor lambda on the error per sample
+    - smallest_gamma: smallest gamma for lambda = 1 (in `QuietGains`: for the requested lambda)
+    - t: scaling of the states
+    - p: matrices P_i for the scaled states t^-1 x; in SI units, rounding errors would hide the
+      decrease of e' P_i e
     """
 
     gains: dict[int, Matrix]
@@ -92,10 +98,11 @@ def switched_gains(
 ) -> SwitchedGains:
     """Return gains for `modes` and the allowed `switches` (i, j).
 
-    The bound gamma is at most MOST_ROOM times the smallest one that was found. Mode i may last for
-    several samples if the switch (i, i) is allowed. decay: largest factor lambda on the error per
-    sample. Raises NoSolutionError if (A_i, C_i) of a mode is not detectable, or if the inequalities
-    have no solution that passes the check. Raises ValueError for a decay outside (0, 1].
+    The bound gamma is at most MOST_ROOM times the smallest gamma that was found. Mode i may last
+    for several samples if the switch (i, i) is allowed. decay: largest factor lambda on the error
+    per sample. Raises NoSolutionError if (A_i, C_i) of a mode is not detectable, or if the
+    inequalities have no solution that passes the check. Raises ValueError for a decay outside (0,
+    1].
     """
     if not 0.0 < decay <= 1.0:
         raise ValueError(f"decay is {decay:g} per sample; allowed: above 0 and at most 1")
@@ -186,8 +193,8 @@ def refuse_undetectable(index: int, mode: ObserverMode) -> None:
 class _SwitchedProblem:
     """Inequalities of thesis (6.6) in one set of state coordinates.
 
-    The unknowns are P_i and V_i of each mode. The last unknown is gamma^2; if gamma is given, it is
-    the margin of the inequalities.
+    The unknowns are P_i and V_i of each mode. The last unknown is gamma^2; if gamma is given, the
+    last unknown is the margin of the inequalities.
     """
 
     def __init__(

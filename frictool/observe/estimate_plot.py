@@ -51,7 +51,7 @@ class EstimatePlot:
         """Return the plot as an `<svg>` element.
 
         - name: name of the log, for the alternative text
-        - limit: largest allowed wear, drawn as a line, or None
+        - limit: largest allowed wear, which is drawn as a line; None for no line
         """
         time, low, high = self._trace.drawn()
         scale, unit = _scale(float(time[-1] - time[0]) if time.size else 0.0)

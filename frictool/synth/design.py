@@ -52,9 +52,10 @@ MEASURED = {"position": "position reference", "speed_cascade": "integral(speed r
 class SynthesisResult(ResultView):
     """Verified controller document, with information for the output of `synth`.
 
-    derived: values that were derived for keys that the design leaves out. trade: result of the
-    weight relaxation; None unless the design has `relax: auto`. notes: sentences for the user.
-    proved: proved bounds of the certificate.
+    - derived: values that were derived for keys that the design leaves out
+    - trade: result of the weight relaxation; None unless the design has `relax: auto`
+    - notes: sentences for the user
+    - proved: proved bounds of the certificate
     """
 
     controller: stored.Controller

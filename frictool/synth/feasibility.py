@@ -93,7 +93,7 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     raise NoSolutionError(
         f"response_time_95_s: found {required:.4g} s; on a step of {length:.4g} "
         f"{si_unit('position', model.axis)}, the drive needs {slowest.time:.4g} s "
-        f"({_described(slowest.plant, model)}) and the loop {allowance:.4g} s; raise this time "
+        f"({_described(slowest.plant, model)}) and the loop {allowance:.4g} s; raise the time "
         "or actuator.limit"
     ).at("spec", "response_time_95_s")
 

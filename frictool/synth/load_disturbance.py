@@ -24,8 +24,9 @@ from frictool.errors import NoSolutionError
 class LoadDisturbance:
     """Largest load terms, and the efforts that can hold the load [N m | N].
 
-    offset, gravity, ripple: largest absolute value of each load term. available: effort of the
-    actuator at its limit. breakaway: lower end of the interval of the breakaway friction.
+    - offset, gravity, ripple: largest absolute value of each load term
+    - available: effort of the actuator at its limit
+    - breakaway: lower end of the interval of the breakaway friction
     """
 
     offset: float
@@ -69,8 +70,8 @@ def disturbance(model: Model) -> LoadDisturbance:
         raise NoSolutionError(
             f"the load (up to {estimate.total:.4g}) and Coulomb friction (up to "
             f"{friction:.4g}) exceed the {available:.4g} "
-            f"{today.offset.unit} of the actuator at its limit; narrow these intervals, or "
-            "raise actuator.limit"
+            f"{today.offset.unit} of the actuator at its limit; "
+            "narrow the intervals of load and coulomb, or raise actuator.limit"
         ).at("model", "parameters.coulomb")
     return estimate
 

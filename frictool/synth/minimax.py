@@ -5,10 +5,10 @@ constant controller (thesis 5.3.4). This method varies the parameters of one con
 (structured_controller.py), and minimises the largest norm of all vertices directly.
 
 The problem is not convex. The search draws random controllers of the least order that can stabilise
-all vertices, and improves these controllers. It then adds a pole and an equal zero to the best
-controller and improves this controller again, until the requested order is reached. The added pole
-and zero cancel, so that the norm never rises with the order. The result is an upper bound of the
-optimum.
+all vertices, and improves these controllers. The search then adds a pole and an equal zero to the
+best controller and improves this controller again, until the requested order is reached. The added
+pole and zero cancel, so that the norm never rises with the order. The result is an upper bound of
+the optimum.
 """
 
 from __future__ import annotations

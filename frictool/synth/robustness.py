@@ -56,9 +56,9 @@ def sensitivity_inside(
 ) -> stored.Robustness:
     """Return the largest sensitivity found between the vertices, for loops without weights.
 
-    The value is the largest one at scattered plants, not an upper bound. Raises NoSolutionError if
-    a loop is unstable for one of these plants, or if the sensitivity is more than 1 % above the
-    largest one at the vertices.
+    The result is the largest sensitivity of scattered plants, not an upper bound. Raises
+    NoSolutionError if a loop is unstable for one of these plants, or if the sensitivity is more
+    than 1 % above the largest sensitivity at the vertices.
     """
     vertices, inside, at = worst_sensitivity(
         loops, problem.lag, problem.delay, problem.box.vertices

@@ -43,11 +43,15 @@ _LOWEST = float(np.log(SLOWEST))
 class StructuredController:
     """Structure of a controller; the methods take the array of its parameters.
 
-    The module docstring defines K and the symbols. order: number of poles of K, at least 1.
-    integrator: if True, one of these poles is an integrator (i = 1). rolls_off: if True, the
-    numerator has the degree r = order - 1, else r = order. bound: largest modulus b of a pole
-    [rad/s]. around: frequency w0 that scales the coefficients [rad/s]. gain: gain k [drive per rad
-    | m]. period: sample period T [s], 0 for continuous time.
+    The module docstring defines K and the symbols.
+
+    - order: number of poles of K, at least 1
+    - integrator: if True, one of these poles is an integrator (i = 1)
+    - rolls_off: if True, the numerator has the degree r = order - 1, else r = order
+    - bound: largest modulus b of a pole [rad/s]
+    - around: frequency w0 that scales the coefficients [rad/s]
+    - gain: gain k [drive per rad | m]
+    - period: sample period T [s], 0 for continuous time
     """
 
     order: int
@@ -207,11 +211,14 @@ class StructuredController:
 def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
     """Return the system N/(q1 q2 ... qm), polynomials in x = s/w0, as a chain of blocks.
 
-    above: coefficients of N. factors: monic q1 ... qm, highest power first. around: w0 [rad/s]. The
-    blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with separate output coefficients. N = r1 + q1 (r2
-    + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d. The
-    diagonal blocks keep the poles even if poles nearly coincide; a companion form of the product
-    would lose that accuracy.
+    - above: coefficients of N
+    - factors: monic polynomials q1 ... qm, highest power first
+    - around: frequency w0 [rad/s]
+
+    The blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with separate output coefficients. N = r1 + q1
+    (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d.
+    The diagonal blocks keep the poles even if poles nearly coincide; a companion form of the
+    product would lose that accuracy.
     """
     n = sum(len(factor) - 1 for factor in factors)
     a = np.zeros((n, n))

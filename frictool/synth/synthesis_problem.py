@@ -35,9 +35,11 @@ from frictool.verify.speed_loop import check_loop, performance
 class SynthesisProblem:
     """Plants, weights and options of one design.
 
-    period: sample period in bench.yaml [s]. delay: delay in bench.yaml [samples]. lag: time
-    constant of the drive [s]. box: interval of each parameter; the controller is verified for all
-    constant plants within these intervals. Each method chooses the parameters that it schedules.
+    - period: sample period in bench.yaml [s]
+    - delay: delay in bench.yaml [samples]
+    - lag: time constant of the drive [s]
+    - box: interval of each parameter; the controller is verified for all constant plants within
+      these intervals
     """
 
     box: Polytope
@@ -199,11 +201,14 @@ class SynthesisProblem:
 class ControllerCandidate:
     """Controller that a synthesis method returns, before its verification.
 
-    controller: sampled at the sample period in bench.yaml. designed: the controller in the time
-    domain of the design, before it was sampled. gamma: bound of the norm that the method
-    guarantees for its plants, or None. optimum: smallest gamma of the inequalities, or smallest
-    worst norm of method `minimax`; else None. scheduled: one controller at the sample period in
-    bench.yaml for each vertex of `over`, with common state coordinates (thesis 5.64).
+    - controller: the controller, sampled at the sample period in bench.yaml
+    - designed: the controller in the time domain of the design, before it was sampled
+    - gamma: bound of the norm that the method guarantees for its plants; None if there is no such
+      bound
+    - optimum: smallest gamma of the inequalities, or smallest worst norm of method `minimax`; else
+      None
+    - scheduled: one controller at the sample period in bench.yaml for each vertex of `over`, with
+      common state coordinates (thesis 5.64)
     """
 
     controller: Lti

@@ -37,7 +37,7 @@ SLOPE = 0.8  # slope of log gamma over log W1, assumed while only one point is k
 
 @dataclass(frozen=True)
 class TradePoint:
-    """Weights W1 (`disturbance`) and W3 (`drive`), and the gamma or norm `level` for them."""
+    """Weights W1 (`disturbance`) and W3 (`drive`), and the gamma or norm `level` that results."""
 
     disturbance: float
     drive: float
@@ -48,9 +48,11 @@ class TradePoint:
 class Trade:
     """Result of a weight relaxation: chosen weights and the reason for the choice.
 
-    curve: for each weight W3 of the drive, the point with the largest feasible weight W1 of the
-    friction. points: all evaluated points. start: the point before the relaxation. required:
-    largest allowed gamma.
+    - curve: for each weight W3 of the drive, the point with the largest feasible weight W1 of the
+      friction
+    - points: all evaluated points
+    - start: the point before the relaxation
+    - required: largest allowed gamma
     """
 
     weights: PlantWeights

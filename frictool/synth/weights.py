@@ -52,11 +52,12 @@ class DerivedValue:
 class ChosenWeights:
     """Weights of a design, with data for `relax: auto`, which changes the weights.
 
-    noise_moves: True if the noise weight was derived from the amplitude A of the reference; the
-    noise weight then grows as A falls. command_of_noise: product W_u W4 of the weights of command
-    and noise if the weight of the command was derived, else None. least_effort: smallest allowed
-    factor of W3; with this factor, the noise of one encoder count alone reaches the limit of the
-    error weight W2.
+    - noise_moves: True if the noise weight was derived from the amplitude A of the reference; the
+      noise weight then grows as A falls
+    - command_of_noise: product W_u W4 of the weights of command and noise if the weight of the
+      command was derived, else None
+    - least_effort: smallest allowed factor of W3; with this factor, the noise of one encoder count
+      alone reaches the limit of the error weight W2
     """
 
     weights: PlantWeights

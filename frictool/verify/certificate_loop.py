@@ -33,11 +33,14 @@ class SpeedFeedback:
 class CertificateLoop:
     """Properties of a closed loop that are the same for all plants.
 
-    controller: linear controller. controlled: quantity whose error is weighted. delay:
-    computational delay [samples]. lag: time constant of the drive [s]. period: sample period [s].
-    sections: second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1, which replace the matrices of
-    `controller` if the target runs sections. speed: feedback of the speed; None if eta is the
-    controller's only input.
+    - controller: linear controller
+    - controlled: quantity whose error is weighted
+    - delay: computational delay [samples]
+    - lag: time constant of the drive [s]
+    - period: sample period [s]
+    - sections: second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1, which replace the matrices of
+      `controller` if the target runs sections
+    - speed: feedback of the speed; None if eta is the controller's only input
     """
 
     controller: StateSpace

@@ -40,7 +40,9 @@ def loop_checks(
 ) -> tuple[DelayCheck, ...]:
     """Return the worst spectral radius and modulus margin of several loops, for each delay.
 
-    point: plant. lag: time constant of the drive [s]. delays: computational delays [samples].
+    - point: plant
+    - lag: time constant of the drive [s]
+    - delays: computational delays [samples]
     """
     checks = []
     for delay_samples in delays:

@@ -38,9 +38,11 @@ Series = Callable[[int, Fraction], tuple[Fraction, Fraction]]
 class HoldPolynomials:
     """Polynomials of h_1, h_2, a and b in sigma - `middle`, and bounds of their errors.
 
-    The module docstring defines the symbols. coefficients: coefficients of each polynomial, lowest
-    power first. errors: error bound of each polynomial. kept: e, with an error of at most
-    `kept_error`.
+    The module docstring defines the symbols.
+
+    - coefficients: coefficients of each polynomial, lowest power first
+    - errors: error bound of each polynomial
+    - kept: e, with an error of at most `kept_error`
     """
 
     middle: Fraction

@@ -47,8 +47,9 @@ ETA, DIFFERENCE, SPEED = "eta", "difference", "sampled_speed"
 class FeedbackLoop:
     """Linear feedback from measured signals to the drive.
 
-    sees: names of the measured signals. system: system with these signals as inputs and the drive
-    as output. name: name of the loop in messages.
+    - sees: names of the measured signals
+    - system: system with these signals as inputs and the drive as output
+    - name: name of the loop in messages
     """
 
     name: str
@@ -109,8 +110,10 @@ def speed_feedback(
 ) -> FeedbackLoop:
     """Return the speed loop or, for `position_gain` > 0, the position loop around the speed loop.
 
-    c: linear controller. position_gain: gain of the proportional law [1/s]. period: sample period
-    [s]. hold: function that rounds coefficients to the target's number format.
+    - c: linear controller
+    - position_gain: gain of the proportional law [1/s]
+    - period: sample period [s]
+    - hold: function that rounds coefficients to the target's number format
     """
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     behind = low_pass(velocity, period, hold)

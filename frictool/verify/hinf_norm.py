@@ -48,8 +48,8 @@ def norm(
 ) -> tuple[float, float]:
     """Return the H-infinity norm and its peak frequency [rad/s]; (inf, nan) if unstable.
 
-    The returned norm is the gain at the peak frequency. It is below the true norm by at most the
-    relative `tolerance`. The frequency is inf for a continuous system with its largest gain at
+    The returned norm is the gain at the peak frequency. This gain is below the true norm by at most
+    the relative `tolerance`. The frequency is inf for a continuous system with its largest gain at
     infinity. `looks` are the frequencies that are evaluated first, by default frequencies derived
     from the poles.
     """

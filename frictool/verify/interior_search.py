@@ -33,7 +33,7 @@ STEPS = 30  # iterations; each halves the steps of parameters that do not increa
 
 @dataclass(frozen=True)
 class WorstPlant:
-    """Plant with the largest norm among those examined, and its norm (inf if unstable)."""
+    """Plant with the largest norm of all examined plants, and this norm (inf if unstable)."""
 
     norm: float
     point: PlantPoint

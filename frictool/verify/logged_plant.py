@@ -20,10 +20,12 @@ INTERVALS = "model_intervals"
 class LoggedPlant:
     """Linear plant of one axis, in SI units.
 
-    inertia, viscous, coulomb, constant: parameters that a scheduled controller uses. slopes:
-    viscous friction coefficients of each direction and speed range. constants: efforts per unit of
-    drive. If the parameters drift during the simulation, `slopes` and `constants` include their
-    extreme values.
+    - inertia, viscous, coulomb, constant: parameters that a scheduled controller uses
+    - slopes: viscous friction coefficients of each direction and speed range
+    - constants: efforts per unit of drive
+
+    If the parameters drift during the simulation, `slopes` and `constants` include their extreme
+    values.
     """
 
     inertia: float

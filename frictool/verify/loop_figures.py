@@ -55,9 +55,11 @@ OFFERED: tuple[stored.Number, ...] = (
 class LinearLoops:
     """Linear loops of a controller at the vertices `points`, with the data for norms and margins.
 
-    weights: weights of the norm; None if the largest sensitivity replaces the weighted norm.
-    period: sample period [s]. lag: time constant of the drive [s]. delay: computational delay
-    [samples]. count: size of an encoder count [rad | m].
+    - weights: weights of the norm; None if the largest sensitivity replaces the weighted norm
+    - period: sample period [s]
+    - lag: time constant of the drive [s]
+    - delay: computational delay [samples]
+    - count: size of an encoder count [rad | m]
     """
 
     structure: Structure
@@ -196,8 +198,9 @@ def delays_checked(delay: int) -> tuple[int, ...]:
 def tolerates_rounding(rounded: stored.Rounded, claimed: float, required: float) -> bool:
     """Return True if rounding raises the norm by at most 1 % and leaves the required margin.
 
-    rounded: norm and margin with rounded coefficients. claimed: norm before rounding. required:
-    modulus margin.
+    - rounded: norm and margin with rounded coefficients
+    - claimed: norm before rounding
+    - required: required modulus margin
     """
     return (
         rounded.gamma <= CLAIM * claimed

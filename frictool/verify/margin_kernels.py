@@ -79,9 +79,12 @@ def sampled_axis(
 ) -> tuple[Matrix, Vector, Matrix]:
     """Return the matrices a (n, n), b (n,), c (m, n) of the axis, from command to measured signals.
 
-    The system is that of `feedback_loops.measured_axis`. drive and viscous: rates of
-    plant/linear_axis.py. lag: time constant of the drive [s]. period: sample period [s]. sees (m,):
-    code of each measured signal, SEES_ETA, SEES_DIFFERENCE or SEES_SPEED.
+    The system is that of `feedback_loops.measured_axis`.
+
+    - drive and viscous: rates of plant/linear_axis.py
+    - lag: time constant of the drive [s]
+    - period: sample period [s]
+    - sees (m,): code of each measured signal, SEES_ETA, SEES_DIFFERENCE or SEES_SPEED
     """
     n = 3 if lag > 0.0 else 2
     whole = np.zeros((n + 1, n + 1))

@@ -39,10 +39,13 @@ REAL = 1e-6  # largest residual of the crossing condition, relative to |L| + 1
 class LoopMargins:
     """Margins of one loop; if the loop is unstable, `gain_up` is 1 and all others are 0.
 
-    gain_up: factor by which the gain may rise, inf without a limit. gain_down: factor in [0, 1) to
-    which the gain may fall. phase: phase margin [rad]. delay: delay margin [s]. delay_samples:
-    delay margin in sample periods. modulus: min |1 + L|. crossing: highest frequency [rad/s] at
-    which |L| = 1; NaN if |L| is never 1.
+    - gain_up: factor by which the gain may rise; inf if there is no limit
+    - gain_down: factor in [0, 1) to which the gain may fall
+    - phase: phase margin [rad]
+    - delay: delay margin [s]
+    - delay_samples: delay margin in sample periods
+    - modulus: modulus margin min |1 + L|
+    - crossing: highest frequency [rad/s] at which |L| = 1; NaN if |L| is never 1
     """
 
     gain_up: float

@@ -19,11 +19,13 @@ from frictool.verify.resonant_loop import ResonantCheck, resonant_check
 class ModelCheck:
     """Result of the check of a controller with a model.
 
-    beyond: a phrase for each parameter or property of the bench that contradicts the verification
-    of the controller (verify/certified_intervals.py). plants: number of plants checked. margin,
-    plant: the smallest modulus margin, and the plant with this margin. specified: required margin.
-    resonant: margin with the model's resonances; None if the model has no resonances.
-    outside_margins: names of the model's nonlinear effects, which no margin takes into account.
+    - beyond: a phrase for each parameter or property of the bench that contradicts the verification
+      of the controller (verify/certified_intervals.py)
+    - plants: number of plants checked
+    - margin, plant: the smallest modulus margin, and the plant with this margin
+    - specified: specified modulus margin
+    - resonant: margin with the model's resonances; None if the model has no resonances
+    - outside_margins: names of the model's nonlinear effects, which no margin takes into account
     """
 
     beyond: tuple[str, ...]

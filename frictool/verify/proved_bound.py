@@ -12,8 +12,9 @@ from frictool.documents.certificate import Bound
 class ProvedBound:
     """Proved bound of a norm or of the sensitivity for all constant plants of a certificate.
 
-    of: bounded quantity. below: upper bound of this quantity; the proof includes stability of the
-    loop. cells: number of cells (intervals of frequency and plant) in the proof.
+    - of: bounded quantity
+    - below: upper bound of this quantity; the proof includes stability of the loop
+    - cells: number of cells (intervals of frequency and plant) in the proof
     """
 
     of: Literal["norm", "sensitivity"]

@@ -55,9 +55,11 @@ class FigureDifference:
 class Verification(ResultView):
     """Result of `verify`.
 
-    model: check with a model, or None. proved: proved bounds of the certificate. differences:
-    stored values that differ from the computed ones. changed: blocks that were changed after the
-    verification. not_computed: stored values that `verify` cannot compute, by their keys.
+    - model: check with a model; None if there was no model
+    - proved: proved bounds of the certificate
+    - differences: stored values that differ from the computed values
+    - changed: blocks that were changed after the verification
+    - not_computed: stored values that `verify` cannot compute, by their keys
     """
 
     controller: Controller

@@ -100,8 +100,8 @@ def _law_checks(
     """Return the check of the speed of arrival, proposition 5.2.2 of the thesis.
 
     The speed of arrival at the rest band is the speed reference of the law at the band's end
-    (`cut`), or `rest_speed` (`brake`). It must be at most the speed from which every plant of the
-    box stops within the band.
+    (`cut`), or `rest_speed` (`brake`). This speed must be at most the speed from which every plant
+    of the box stops within the band.
     """
     box, step = certificate.box, controller.bench.encoder.resolution
     braking = (1.0 - BRAKING_SHARE) * least_friction(controller, box)

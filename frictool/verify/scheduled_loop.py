@@ -50,9 +50,12 @@ def scheduled_figures(
 ) -> ScheduledFigures:
     """Return the worst norm and margin of a scheduled controller, at and between the corners.
 
-    corners: controllers at the corners. names: scheduled parameters, for which the controller is
-    interpolated at each plant. plant: function from rates to the weighted plant. lag: time constant
-    of the drive [s]. delay: computational delay [samples]. period: sample period [s].
+    - corners: controllers at the corners
+    - names: scheduled parameters, for which the controller is interpolated at each plant
+    - plant: function from rates to the weighted plant
+    - lag: time constant of the drive [s]
+    - delay: computational delay [samples]
+    - period: sample period [s]
     """
     controllers = [read_state_space(corner.discrete, period) for corner in corners]
     plants = [

@@ -63,9 +63,10 @@ class WorstGain:
 class VertexTransfer:
     """One closed-loop transfer function at every vertex.
 
-    gains: (vertices, frequencies). template: upper bound (frequencies,) of the gains. worst:
-    largest ratio of a gain to the template. `template` and `worst` are None if a weight in the
-    template is 0 or unknown.
+    - gains: gains of the transfer function (vertices, frequencies)
+    - template: upper bound (frequencies,) of the gains
+    - worst: largest ratio of a gain to the template. `template` and `worst` are None if a weight in
+      the template is 0 or unknown.
     """
 
     name: Name

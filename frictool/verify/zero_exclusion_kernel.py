@@ -106,8 +106,10 @@ class KernelLoop(NamedTuple):
 class KernelBox(NamedTuple):
     """Intervals of the plants' parameters, rounded outward; T is the period, J the inertia.
 
-    inverse: T^2/J. drive: actuator's constant. viscous: (viscous friction)/T. friction: largest
-    Coulomb friction.
+    - inverse: interval of T^2/J
+    - drive: interval of the actuator's constant
+    - viscous: interval of (viscous friction)/T
+    - friction: largest Coulomb friction
     """
 
     inverse: tuple[float, float]
@@ -119,8 +121,9 @@ class KernelBox(NamedTuple):
 class KernelWorkspace(NamedTuple):
     """Scratch arrays of the kernel for a closed-loop matrix T with z rows and w columns.
 
-    parts: Taylor coefficients of T (4, z, w). gram: Gram matrix (w, w). polynomial: coefficients of
-    a polynomial, overwritten.
+    - parts: Taylor coefficients of T (4, z, w)
+    - gram: Gram matrix (w, w)
+    - polynomial: coefficients of a polynomial, overwritten
     """
 
     parts: ComplexVector
@@ -131,10 +134,21 @@ class KernelWorkspace(NamedTuple):
 class LoopTerms(NamedTuple):
     """Taylor forms of the formulas in the module docstring, in one cell of t, kappa and sigma.
 
-    two_p, big_q: 2 p, Q. hold: H. poles: 2 p H, or H if the position is free. lag: E. axis: B.
-    kept: K. moved: M G, plus the term of N_v if the speed is measured. looped: M. entering:
-    N E Z^d. driving: (1 - e) N Q^(d + 1), or N Q^d without lag. whole: D. over: 1/D. error, noise:
-    weights W2, W4. The other fields have the names of the module's formulas.
+    - two_p, big_q: 2 p, Q
+    - hold: H
+    - poles: 2 p H, or H if the position is free
+    - lag: E
+    - axis: B
+    - kept: K
+    - moved: M G, plus the term of N_v if the speed is measured
+    - looped: M
+    - entering: N E Z^d
+    - driving: (1 - e) N Q^(d + 1), or N Q^d without lag
+    - whole: D
+    - over: 1/D
+    - error, noise: weights W2, W4
+
+    The other fields have the names of the module's formulas.
     """
 
     two_p: Form

@@ -192,7 +192,7 @@ def test_no_solution_is_exit_4_and_no_file(model: Path) -> None:
         ),
         (
             ("--kind", "tracking", "--bandwidth", "1e9"),
-            "found 1e+09 rad/s; allowed: above 0, at most 1000 rad/s",
+            "found 1e+09 rad/s; allowed: above 0 and at most 1000 rad/s",
         ),
         (("--kind", "kalman"), "'kalman' is not one of"),
         ((), "Missing option '--kind'"),

@@ -218,7 +218,7 @@ def test_what_the_model_says_of_knees_backlash_and_breakaway_is_taken_over() -> 
 
 @pytest.mark.parametrize("bandwidth", [0.0, -1.0, 1000.1])
 def test_a_bandwidth_that_the_period_cannot_have_is_refused_in_a_line(bandwidth: float) -> None:
-    with pytest.raises(NoSolutionError, match="allowed: above 0, at most 1000 rad/s"):
+    with pytest.raises(NoSolutionError, match="allowed: above 0 and at most 1000 rad/s"):
         design_tracking(clutch(), FROM, bandwidth)
 
 

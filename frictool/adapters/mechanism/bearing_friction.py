@@ -20,10 +20,12 @@ def law_row(law: Law) -> int:
 def pack_law(key: str, friction: FrictionOf, kind: Axis, inertia: float) -> tuple[Law, Vector]:
     """Return the law and the array p of its parameters in SI.
 
-    `key`: key of the friction element in the document, for errors.
-    `kind`: motion of the block, rotary or linear.
-    `inertia`: inertia that the block carries, for laws that need an inertia; an inertia among the
-        document's parameters replaces it.
+    - `key`: key of the friction element in the document, for errors
+    - `kind`: motion of the block, rotary or linear
+    - `inertia`: inertia that the block carries
+
+    A law that needs an inertia uses this value, unless the document's parameters contain an
+    inertia.
 
     Raises ElementError if the law or a parameter is unknown, missing, in a wrong unit or out of
     range.

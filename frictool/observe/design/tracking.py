@@ -57,8 +57,8 @@ def design_tracking(
     )
     if not 0.0 < bandwidth <= fastest:
         raise UnsuitableSetting(
-            f"bandwidth: found {bandwidth:g} rad/s; allowed: above 0, at most {fastest:g} rad/s, "
-            "1/sample_period_s of the bench; without a bandwidth, the default is "
+            f"bandwidth: found {bandwidth:g} rad/s; allowed: above 0 and at most {fastest:g} rad/s "
+            "(1/sample_period_s of the bench); the default is "
             f"{bandwidth_of(model, drive_noise, believed):.4g} rad/s"
         )
     return Observer(

@@ -97,7 +97,7 @@ def restriction(
         Parameters of the kind of wear: name -> coefficients (p,) per unit of the parameter, prior
         mean, and prior standard deviation.
     fixed
-        Part (p,) of the coefficients that does not depend on the parameters; None for 0.
+        Part (p,) of the coefficients that does not depend on the parameters; None stands for 0.
     unmodelled
         Friction that depends on speed and is not in the model; it widens the prior of the viscous
         friction and of its bends.

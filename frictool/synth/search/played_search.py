@@ -2,14 +2,14 @@
 
 To play a candidate means to simulate its controller. First, the starting points of the family are
 played. Then differential evolution (Storn and Price 1997, scipy) varies the parameters around the
-best of them. Each requirement must be met with a reserve, a distance to the limit; the shortfall is
-the missing part of this distance. The objective is the largest shortfall of all requirements. A
-candidate is played on few plants first, and on all plants if it is promising; the plant with the
-worst result is then added to the few plants. The search ends with the first candidate that passes
-the whole test with the reserve, passes the tests with other plants without the reserve, and is
-verified. If there is no such candidate, the search continues without the reserve from the best
-candidates. The values of a candidate are the worst values of all tests in which the candidate was
-played.
+best starting point. Each requirement must be met with a reserve, a distance to the limit; the
+shortfall is the missing part of this distance. The objective is the largest shortfall of all
+requirements. A candidate is played on few plants first, and on all plants if it is promising; the
+plant with the worst result is then added to the few plants. The search ends with the first
+candidate that passes the whole test with the reserve, passes the tests with other plants without
+the reserve, and is verified. If there is no such candidate, the search continues without the
+reserve from the best candidates. The values of a candidate are the worst values of all tests in
+which the candidate was played.
 """
 
 from __future__ import annotations
@@ -66,9 +66,9 @@ class Candidate:
 
     @cached_property
     def missing(self) -> dict[str, float]:
-        """Return the largest excess over the limit of each requirement, relative to the limit.
+        """Return the largest violation of each requirement in all tests, by the requirement's key.
 
-        The keys are those of the requirements.
+        `played_tests.missing` defines the violation.
         """
         each = [missing(runs) for runs in self.runs]
         keys = [metric.key for metric in self.metrics]
@@ -76,7 +76,7 @@ class Candidate:
 
     @property
     def largest_missing(self) -> float:
-        """Return the largest relative excess over a limit; 0 or less if all limits are met."""
+        """Return the largest relative violation of a limit; 0 or less if all limits are met."""
         return max(self.missing.values())
 
     def worst(self, metric: Any) -> float:
@@ -100,8 +100,8 @@ class FamilyOutcome:
         The candidate that passed, else the candidate with the smallest shortfall; None if no
         candidate could be played.
     passed, with_reserve : bool
-        `passed`: True if the best candidate meets every requirement. `with_reserve`: True if it
-        meets every requirement with the reserve.
+        `passed`: True if the best candidate meets every requirement. `with_reserve`: True if the
+        best candidate meets every requirement with the reserve.
     refusals : tuple of str
         Reasons why candidates that passed the simulation were not verified.
     trade : tuple of Candidate
@@ -235,7 +235,6 @@ class CandidateSearch:
         spread: float,
         random: np.random.Generator,
     ) -> None:
-        """Vary a population of points (d,) that contains `starts`, until an exception ends it."""
         while True:  # until a candidate passes or their number is reached
             population = best + random.normal(0.0, spread, (POPULATION, best.size))
             population[: len(starts)] = starts

@@ -43,8 +43,8 @@ class JudgedRuns(Protocol):
     def reserves(self) -> Vector:
         """Return the distances of `values` from their limits, relative to the limits.
 
-        The array has the shape (plants, requirements). A distance is negative if the requirement
-        is violated, and NaN if it is undecided.
+        The array has the shape (plants, requirements). A distance is negative if the requirement is
+        violated, and NaN if the requirement is undecided.
         """
 
     @property
@@ -133,9 +133,10 @@ def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
 
 
 def missing(runs: JudgedRuns) -> dict[str, float]:
-    """Return the largest excess over the limit of each requirement, relative to the limit.
+    """Return the largest violation of each requirement, by the requirement's key.
 
-    The keys are those of the requirements.
+    A violation is relative to the limit; it is 0 or less if the requirement is met, and grows
+    logarithmically above 1.
     """
     worst = shortfalls(runs, 0.0).max(axis=0)
     return {one.key: float(value) for one, value in zip(runs.metrics, worst, strict=True)}
