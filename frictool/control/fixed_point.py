@@ -250,11 +250,6 @@ class _Scaling:
                 self.fraction[index] = 0
 
     def _scale_dot(self, node: ProgramNode, wanted: int) -> None:
-        """Set one fraction for a sum of products.
-
-        The fraction is at most the smallest fraction of the products. It is smaller if the sum
-        would otherwise overflow.
-        """
         half = len(node.args) // 2
         pairs = [
             (c.index, x.index) for c, x in zip(node.args[:half], node.args[half:], strict=True)

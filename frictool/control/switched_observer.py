@@ -180,7 +180,6 @@ class _DirectionCells:
         return self._of_cell(f"gain_{row}", [cell.gains[row] for cell in self.cells])
 
     def friction(self) -> ProgramNode:
-        """Return the friction of the cell that contains the position."""
         return self._of_cell("friction", [cell.friction for cell in self.cells])
 
     def _of_cell(self, what: str, values: Sequence[float]) -> ProgramNode:

@@ -214,10 +214,6 @@ class BoundedRealInequalities:
         return inequalities
 
     def _coupling(self, count: int, b: float | None) -> AffineConstraint:
-        """Return the constraint [R' bI; bI S'] >= 0 in `count` unknowns.
-
-        If `b` is None, b is the unknown that follows R' and S' in the decision vector.
-        """
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
         columns = np.zeros((len(i), count))

@@ -171,7 +171,6 @@ class _QuietProblem:
         self.count = count + 1
 
     def smallest(self) -> float:
-        """Return the smallest gamma that the solver computes, or 0 if it computes none."""
         square = float(
             solve(
                 np.eye(self.count)[-1],
@@ -181,7 +180,6 @@ class _QuietProblem:
         return self.weight * self.entering * math.sqrt(square) if square > 0.0 else 0.0
 
     def quietest(self, gamma: float) -> SwitchedGains | None:
-        """Return the gains with the smallest noise gain nu for a bound gamma of the model error."""
         level = (gamma / (self.weight * self.entering)) ** 2
         constraints = [self.inequality(i, j, level, False) for i, j in self.switches]
         constraints += [self.inequality(i, j, None, True) for i, j in self.switches]
@@ -221,7 +219,6 @@ class _QuietProblem:
         )
 
     def multipliers(self, index: int, x: Matrix) -> tuple[Matrix, Matrix]:
-        """Return the matrices G_i (k, n, n) and V_i (k, n, m) from k rows of unknowns `x`."""
         of_g, of_v = self.masks[index]
         return of_g * x[:, : self.n**2].reshape(-1, *of_g.shape), of_v * x[:, self.n**2 :].reshape(
             -1, *of_v.shape

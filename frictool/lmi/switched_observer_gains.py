@@ -123,10 +123,10 @@ def switched_gains(
 def _candidates(
     modes: Mapping[int, ObserverMode], switches: Switches, decay: float, t: Matrix
 ) -> list[SwitchedGains]:
-    """Return gains slightly inside the optimum, then gains at the optimum, then an empty result.
+    """Return candidates for the gains, the best first; the last has an infinite gamma.
 
-    There is one entry of each kind of gains for each balancing pass, the last pass first. The empty
-    result has an infinite gamma. t: scaling of the states in the first pass.
+    Each balancing pass gives gains slightly inside the optimum, which are better, and gains at the
+    optimum. t: scaling of the states in the first pass.
     """
     inner, edge = [], []
     for _ in range(PASSES):
@@ -226,7 +226,6 @@ class _SwitchedProblem:
         self.count = count + 1
 
     def smallest(self) -> tuple[float, SwitchedGains]:
-        """Return the smallest gamma that the solver computes, and the gains for this gamma."""
         x = solve(np.eye(self.count)[-1], [self.inequality(i, j) for i, j in self.switches]).x
         return self.unit * float(np.sqrt(max(x[-1], 0.0))), self.gains(x)
 
@@ -244,7 +243,6 @@ class _SwitchedProblem:
         return self.gains(solve(-np.eye(self.count)[-1], constraints).x)
 
     def inequality(self, i: int, j: int) -> AffineConstraint:
-        """Return the inequality (6.6) of the thesis for the switch from mode i to mode j."""
         mode = self.posed[i]
         same = i == j
         unknowns = self.half + self.n * len(self.posed[i].c)

@@ -90,7 +90,6 @@ class ObserverRun:
         )
 
     def _start(self, position: float) -> None:
-        """Set the observer to rest at `position` [rad | m]; the estimate of the wear is kept."""
         for state in self.program.states.values():
             if not (
                 self.is_begun

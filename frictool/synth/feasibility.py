@@ -206,7 +206,7 @@ def _check_time(
     if required < slowest.time:
         raise NoSolutionError(
             f"{key}: found {required:.4g} s; the drive needs at least {slowest.time:.4g} s for "
-            f"{shortest:.4g} {unit}, the shortest step "
+            f"a step of {shortest:.4g} {unit}, the shortest step that is checked "
             f"({_described(slowest.plant, model)}); raise {key} or actuator.limit"
         ).at("spec", key)
     travel = model.bench.mechanics.travel

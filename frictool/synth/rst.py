@@ -201,12 +201,10 @@ class _PlacementSearch:
         )
 
     def late(self, trial: PlacementTrial) -> float:
-        """Return by which fraction the response time exceeds the specified response time."""
         allowed = self.problem.spec.response_time_95_s
         return max(0.0, trial.response_time / allowed - 1.0) if allowed else 0.0
 
     def over(self, trial: PlacementTrial) -> float:
-        """Return by how much the nominal overshoot exceeds the specified one, in % of the step."""
         allowed = self.problem.spec.overshoot_percent
         return max(0.0, trial.overshoot - allowed) if allowed is not None else 0.0
 

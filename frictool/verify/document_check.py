@@ -121,8 +121,8 @@ def _of_its_bench(controller: Controller) -> None:
     for key, (stated, has) in pairs.items():
         if stated != has:
             raise NoSolutionError(
-                f"{controller.name}: not verified: {key}: found {stated}, but its bench has {has}; "
-                "run frictool synth again"
+                f"{controller.name}: not verified: {key}: found {stated}, but the document's "
+                f"bench has {has}; run frictool synth again"
             )
 
 

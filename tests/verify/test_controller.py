@@ -73,7 +73,9 @@ def test_a_controller_without_vertices_is_refused() -> None:
     ],
 )
 def test_a_document_that_is_not_of_its_bench_is_refused(key: str, value: object) -> None:
-    with pytest.raises(NoSolutionError, match=f"{key}: found {value}, but its bench has"):
+    with pytest.raises(
+        NoSolutionError, match=f"{key}: found {value}, but the document's bench has"
+    ):
         recheck(msgspec.structs.replace(clutch_speed_controller(), **{key: value}))
 
 

@@ -59,7 +59,6 @@ def _encoder(observer: Observer, switched: Switched) -> str:
 
 
 def _constant(switched: Switched) -> str:
-    """Return a note if the map's friction is constant; its assumed error is then UNIT_DEVIATION."""
     chosen = [
         mode
         for mode in switched.modes

@@ -124,7 +124,6 @@ def radius(matrix: Matrix) -> float:
 
 
 def _sequences(switches: Sequence[Switch]) -> NDArray[np.intp]:
-    """Return k sequences of modes that contain only allowed transitions, (k, SAMPLES + 1)."""
     allowed = set(switches)
     after = {i: sorted(j for i_, j in allowed if i_ == i) for i in sorted({i for i, _ in allowed})}
     first = np.arange(SAMPLES + 1) <= SAMPLES // 2

@@ -244,7 +244,6 @@ def _mean(dry: Vector, mapped: Vector, low: float, high: float) -> float:
 
 
 def _knees(model: Model) -> Vector:
-    """Return the speeds [rad/s | m/s], in ascending order, at which the slope may change."""
     top = model.bench.mechanics.top_speed
     regimes = model.laws.regimes if model.laws is not None else ()
     if regimes:
@@ -261,7 +260,6 @@ def _knees(model: Model) -> Vector:
 
 
 def _gap(model: Model, count: float) -> float:
-    """Return the widest backlash plus one count [rad | m]; 0 if there is no backlash."""
     width = model.bench.mechanics.backlash
     if width is None or width.value == 0.0:
         return 0.0

@@ -143,8 +143,8 @@ class WearEstimator:
     def _range(self, name: str, scale: float, floor: float, extra: float = 0.0) -> EstimateRange:
         """Return a parameter times `scale`, with its interval.
 
-        `floor` (relative to the value) and `extra` [SI] are standard deviations, which are added in
-        quadrature.
+        `floor` (relative to the value) and `extra` [SI] are standard deviations, whose squares are
+        added to the parameter's variance.
         """
         value, deviation = self.bank.value(name)
         half = self._quantile * math.hypot(deviation, floor * value, extra)

@@ -326,7 +326,7 @@ class WearClassifier:
     ) -> EstimateRange:
         """Return the weighted sum of the parameters, with its interval.
 
-        `extra` is a standard deviation that is added in quadrature.
+        `extra` is a standard deviation whose square is added to the variance of the sum.
         """
         scaled = weights * self._unit
         value = float(scaled @ theta)

@@ -62,7 +62,6 @@ def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | Non
 
 
 def _mean_friction(layout: WeakFormLayout, side: str, zone: int) -> float:
-    """Return the model's mean friction over a zone [N m | N]."""
     curve, (low, high) = layout.dry[SIDES.index(side)], layout.mapped
     if not np.isfinite(low):
         return float(curve[0])

@@ -301,7 +301,6 @@ class CandidateSearch:
         return True
 
     def _add_hard(self, runs: JudgedRuns) -> None:
-        """Add the plant with the largest shortfall to the plants of the test `screen`."""
         each = shortfalls(runs, self.reserve).max(axis=1)
         worst = runs.plants[int(np.argmax(each))]
         if each.max() > 0.0 and worst not in self.hard and len(self.hard) < MOST_HARD:
