@@ -91,7 +91,7 @@ class CampaignOptions:
 
     @property
     def kept(self) -> Path | None:
-        """Return the file that stores completed simulations; None if they are not stored."""
+        """Return the file that stores completed simulations; None if none is stored."""
         if self.keep is not None or self.output in (None, STDOUT):
             return self.keep
         assert self.output is not None

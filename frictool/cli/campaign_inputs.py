@@ -1,4 +1,4 @@
-"""Inputs of `frictool campaign`: the documents, and checks that they fit together."""
+"""Inputs of `frictool campaign`: loading of the documents, and checks that they fit together."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def commands_of(paths: CampaignPaths, folder: Path, number: ProgramNumber) -> Co
 def header_of(
     trial: TrialPlayer, paths: CampaignPaths, method: str, count: int | None
 ) -> dict[str, Any]:
-    """Return the values that identify a campaign, for its stored results.
+    """Return the values that identify a campaign; they are stored with the results.
 
     `count`: number of draws; included only if the draws of `method` depend on this number.
     """

@@ -169,7 +169,8 @@ def _supporting(
 ) -> tuple[str, ...]:
     """Return the laws that support the extensions in the friction document (backward, dwell, ...).
 
-    Any other law is an error if --law names it (`requested`), else it is left out with a warning.
+    A law without this support is left out with a warning; if --law names the law (`requested`),
+    the law is an error.
     """
     from frictool.compare.comparison import REFERENCE
     from frictool.compare.law_simulator import LawSimulator

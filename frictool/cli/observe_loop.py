@@ -1,4 +1,4 @@
-"""`frictool observe loop`: a controller with an observer for its speed, verified together."""
+"""`frictool observe loop`: a controller with an observer for the speed, verified as one loop."""
 
 from __future__ import annotations
 

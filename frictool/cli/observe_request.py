@@ -108,10 +108,10 @@ def observer_of(request: ObserveRequest) -> tuple[Path, Observer] | None:
 
 
 def commissioning_of(request: ObserveRequest) -> Commissioning | None:
-    """Load the wear at commissioning from the file of --commissioning; None without this option.
+    """Return the wear at commissioning from the file of --commissioning; None without this option.
 
-    The file is a log, or the --json output of `observe run`. Raises InputFileError if this output
-    contains no wear.
+    The file is a log, or the --json output of `observe run`. Raises InputFileError if the JSON
+    output contains no wear.
     """
     path = request.commissioning
     if path is None:

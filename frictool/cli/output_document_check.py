@@ -1,4 +1,4 @@
-"""Check of a document before it is written: the next command must be able to read it."""
+"""Check of a document before the document is written: other commands must be able to read it."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ MOST_MECHANISMS = 1  # largest number of mechanisms shown block by block
 
 
 def summary(log: Log) -> dict[str, Any]:
-    """Return the summary of a simulated scenario as JSON values; it contains no verdict."""
+    """Return the summary of a simulated scenario as JSON values, without a verdict."""
     from frictool.logs.log import MECHANISM_TOPIC
 
     plants = log.metadata.get("plants", {})

@@ -63,7 +63,7 @@ def beside(controller: Path | None) -> Path | None:
 
 
 def unplayable(model: Model, spec: Spec) -> FrictoolError:
-    """Return an error that says why a search cannot simulate the designs it tries."""
+    """Return an error that says why a search cannot simulate its candidate designs."""
     from frictool.campaign.played_design import has_requirements, untested_reason
     from frictool.errors import FrictoolError, NoSolutionError
 
@@ -80,7 +80,7 @@ def unplayable(model: Model, spec: Spec) -> FrictoolError:
 def search_design(
     test: DesignTest, outputs: SearchOutputs, inputs: list[Path], wishes: Design | None
 ) -> FoundDesign:
-    """Search for a design that meets the requirements; write it and a figure of the search.
+    """Search for a design that meets the requirements; write the design and a figure of the search.
 
     `wishes`: design with method `auto`, if the user provides one. Raises NoSolutionError if no
     design meets the requirements.

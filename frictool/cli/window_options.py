@@ -35,7 +35,7 @@ def window_options(function: F) -> F:
 
 
 def window_of(start: float | None, end: float | None) -> TimeWindow:
-    """Return the time window; raise UsageError if it is empty or a time is beyond LATEST."""
+    """Return the time window; raise UsageError if the window is empty or a time exceeds LATEST."""
     from frictool.logs.canonical.mcap_layout import LATEST
     from frictool.logs.log_assembly import TimeWindow
 

@@ -60,10 +60,10 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return (full, fresh): breakaway after a long rest at position x, and its initial fraction.
+    """Return (full, fresh), which describe the breakaway at position x.
 
-    full is in N m | N. fresh is the breakaway just after a stop, divided by full; fresh * full is
-    at least the Coulomb friction. p: parameters with `AxisLaws`.
+    full [N m | N] is the breakaway after a long rest. fresh is the breakaway just after a stop,
+    divided by full; fresh * full is at least the Coulomb friction. p: parameters with `AxisLaws`.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0

@@ -80,7 +80,7 @@ def _rest(
 ) -> tuple[float, float]:
     """Keep the axis at rest for up to `remaining` [s]; return (duration of the rest, direction).
 
-    direction: direction in which the axis breaks away at the end, 0 if it stays at rest. refused:
+    direction: direction in which the axis breaks away at the end, 0 without a breakaway. refused:
     direction in which the axis cannot break away, because a slip in this direction has just failed
     to start.
     """
@@ -322,8 +322,9 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
     """Return True if the axis rests and stays at rest as long as `command` [A | V] acts.
 
     The test is exact, because the drive tends monotonically to the command and the breakaway does
-    not fall during a rest. The result is False for any axis with a winding, because its drive limit
-    changes within a period, and for any axis with a dynamic law, which deflects under any effort.
+    not fall during a rest. The result is always False for an axis with a winding, because the drive
+    limit changes within a period, and for an axis with a dynamic law, which deflects under any
+    effort.
     """
     if state[ax.VELOCITY] != 0.0 or p[ax.RESISTANCE] > 0.0:
         return False
@@ -364,7 +365,8 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
     """Return the present drive [A | V], limited to `drive_range`.
 
-    Before this limitation, the drive is its value in `state` if it has a lag, else `command`.
+    Before this limitation, a drive with a lag has the value in `state`, and a drive without a lag
+    the value `command`.
     """
     low, high = drive_range(p, state[ax.VELOCITY])
     return float(min(max(state[ax.DRIVE] if p[ax.LAG] > 0.0 else command, low), high))

@@ -22,7 +22,11 @@ from frictool.typing import IntVector, Vector
 
 
 class ServoMemory(NamedTuple):
-    """State of the bench's position loop: last measurement, last reference, integral effort."""
+    """State of the bench's position loop.
+
+    Its fields are the last measured position, the last reference and the effort of the integral
+    term.
+    """
 
     measured: float
     reference: float

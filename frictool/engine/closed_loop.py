@@ -5,8 +5,8 @@
 
 An incremental encoder counts the edges below the position; the formula therefore has floor. The
 command of sample k acts from sample k + delay_samples on. Before the first command acts, the drive
-is zero. Both the controller and the axis limit the drive. A drive without lag jumps at a sample;
-the record contains the drive after the jump.
+is zero. The controller limits the command, and the axis limits the drive. A drive without lag jumps
+at a sample; the record contains the drive after the jump.
 
 A load that depends on position (plant/position_load.py) is part of the integrated equations. At
 rest neither position nor load changes, so that the position of an axis at rest is exactly constant.

@@ -12,7 +12,7 @@ col.  name             meaning
 2     VISCOUS_FACTOR   factor of the viscous coefficients of all speed ranges
 3     CONSTANT_FACTOR  factor of the drive's constant, in effort and back-electromotive force
 4     LOST             counts lost by the encoder so far; the reading is too low by this number
-5     ENCODER_FAULT    STUCK: the reading does not change; INVALID: it is NaN; 0: no fault
+5     ENCODER_FAULT    STUCK: the reading stays constant; INVALID: the reading is NaN; 0: no fault
 6     SENSOR_OFFSET    offset a of the sensor of the drive [A | V]; 0 without fault
 7     SENSOR_GAIN      gain b of the sensor of the drive; 1 without fault
 ====  ===============  =========================================================================

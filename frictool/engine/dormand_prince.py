@@ -111,7 +111,7 @@ def layer_step(
 ) -> float:
     """Try one step of length h from y = (x, v, q) at time t; return the error of v [m/s | rad/s].
 
-    start: acceleration at t. slopes (3, 7): filled with x', v', q' at the stages. The friction
+    start: acceleration at t. Fills slopes (3, 7) with x', v', q' at the stages. The friction
     `force(v, direction, law)` opposes the motion.
     """
     x, v, q = y[0], y[1], y[2]

@@ -1,4 +1,4 @@
-"""Drive with a first-order lag, and the time at which its effort reaches the breakaway.
+"""Drive with a first-order lag, and the time at which the drive's effort reaches the breakaway.
 
 The command is constant, and the breakaway rises with the axis's time at rest.
 """

@@ -191,8 +191,8 @@ def try_law_step(
 ) -> float:
     """Try one step of length h [s] from the state y to `end`; return error/tolerance.
 
-    The result is inf if a kernel of the law fails. slope: derivative y' at y. stages (6, n):
-    filled.
+    The result is inf if a kernel of the law fails. slope: derivative y' at y. Fills `stages` (6, n)
+    with the results of the stages.
     """
     gains, couplings, in_time = linear
     rows = CONTACT + couplings.shape[1]
@@ -315,7 +315,8 @@ def run_dynamic(
     current parameters; without an extension the last array contains the parameters of the law.
     moving: number of leading elements of z with a differential equation; the others are memory.
     scales: relative tolerance, reference speed [m/s], 0 (q has no error control), and a reference
-    size for each element of z. times (n,): ascending, within the run. samples (n, 5): filled.
+    size for each element of z. times (n,): ascending, within the run. Fills samples (n, 5) with the
+    values at `times`.
 
     Returns a status of engine/status_codes.py and the time reached [s].
     """

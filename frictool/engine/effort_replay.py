@@ -128,10 +128,11 @@ def replay(
     """Simulate the axis under `effort` (n,) [N m | N] from `state` (7,), in place.
 
     p: result of `replay_parameters`. load: array of the load (plant/position_load.py). measured
-    (n,): measured positions [rad | m]. gains (2,): gains of the correction [-, 1/s]; `measured` is
-    ignored if both are zero. Fills positions and velocities (n,) at the samples. With a lag in p,
-    the effort moves to the next sample's value within each period and reaches it at the end;
-    without a lag, it is constant within the period. Returns a status of engine/status_codes.py.
+    (n,): measured positions [rad | m]. gains (2,): gains of the correction of position [-] and
+    velocity [1/s]; if both gains are zero, `measured` is ignored. Fills positions and velocities
+    (n,) at the samples. If p has no lag, the effort is constant within a period. With a lag, the
+    effort changes within a period from effort[k] to effort[k+1]. Returns a status of
+    engine/status_codes.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

@@ -5,10 +5,10 @@ The functions correspond to those of slip_events.py, but use a larger state:
     state (8,) state of engine/body.py, then the lagged velocity of the lubricant film, the time
                  at rest, the number of knees of the viscous friction below the speed
 
-The time at rest is measured from the stop, or from the start of a run that begins at rest; during
-slip it is the duration of the last rest. A pure delay of the film is not supported here, since
-each event would cause another event after the delay; engine/fixed_step_laws.py supports such a
-delay.
+During a rest, the time at rest is measured from the stop, or from the start of a run that begins at
+rest. During a slip, the time at rest is the duration of the last rest. A pure delay of the film is
+not supported here, since each event would cause another event after the delay;
+engine/fixed_step_laws.py supports such a delay.
 """
 
 from __future__ import annotations

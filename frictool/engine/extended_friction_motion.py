@@ -1,7 +1,7 @@
 """Motion of a body with extended friction (friction/law_extension.py), one interval per call.
 
-    at rest    the breakaway threshold never falls: it grows with the time at rest, and while the
-               film decays
+    at rest    the breakaway threshold never falls: the threshold grows with the time at rest, and
+               while the velocity of the film decays
     in slip    Dormand-Prince with error control on speed and film; there is no closed form if
                Coulomb friction and breakaway vary with position
 
@@ -193,9 +193,9 @@ def _first_breakaway(
 ) -> tuple[float, bool]:
     """Return the time [s] at which the rest ends, and True if the body then breaks away.
 
-    The threshold never falls: the body stays at rest on [a, b] if the largest effort there is below
-    the threshold at a. more: amount by which the threshold is raised. size: sum of the magnitudes
-    of the effort's terms.
+    The threshold never falls. The body therefore stays at rest on [a, b] if the largest effort on
+    [a, b] is below the threshold at a. more: increase of the threshold [N | N m]. size: sum of the
+    magnitudes of the effort's terms.
     """
     bound = curvature_bound(u, h)
     low = 0.0

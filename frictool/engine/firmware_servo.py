@@ -1,7 +1,7 @@
 """Axis under the firmware of a smart servo, which follows a logged goal.
 
-plant/servo_firmware.py defines the parameters of the firmware. Its position loop is that of
-engine/bench_position_loop.py and runs at a higher rate than the log. The effort is the drive
+plant/servo_firmware.py defines the parameters of the firmware. The firmware has the position loop
+of engine/bench_position_loop.py, with a higher sample rate than the log. The effort is the drive
 constant times the voltage; the back-EMF is part of the axis's viscous friction. While the torque is
 disabled, the motor is an open circuit: the effort is 0, and the viscous friction is purely
 mechanical.

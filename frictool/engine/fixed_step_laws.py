@@ -154,8 +154,8 @@ def run_hybrid(
 
     x is the position, v the velocity, q the integral of the position error, and z the law's state.
     step [s]: length of a step. ends (s,), drives (s, 10): drive i acts up to ends[i] [s]; each step
-    uses the drive in the middle of the step. times (n,): ascending. samples (n, 5): filled, for
-    each time, with the values at the nearest start of a step. events (m, 4): filled. laws: as in
+    uses the drive in the middle of the step. times (n,): ascending. Fills samples (n, 5) with the
+    values at the starts of steps that are nearest to `times`, and events (m, 4). laws: as in
     `dynamic_law_motion.run_dynamic`. past (d + 1,): workspace for a film delay of d steps.
 
     Returns a status of engine/status_codes.py, the time reached, and the number of events.

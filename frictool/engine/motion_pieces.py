@@ -52,7 +52,7 @@ def side(direction: float) -> int:
 
 @bare_kernel
 def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
-    """Return (c, b) such that the signed friction force in a region is c + b v."""
+    """Return (c, b) such that the signed friction force in the speed region `region` is c + b v."""
     index = side(direction)
     coulomb = direction * body[fb.COULOMB + index]
     viscous = body[fb.VISCOUS + index]

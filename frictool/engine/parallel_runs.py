@@ -26,9 +26,9 @@ def replay_axes(
 ) -> None:
     """Simulate many axes (m, a) with states (m, 7), in place, under commands (m, n).
 
-    Each command acts for one `period` [s]. positions (m, n) [m | rad]: filled with the positions
-    at the beginning of each period. statuses (m,): filled with codes of engine/status_codes.py; a
-    run ends when it fails.
+    Each command acts for one `period` [s]. Fills positions (m, n) [m | rad] with the positions at
+    the beginning of each period, and statuses (m,) with codes of engine/status_codes.py. A run ends
+    when the simulation fails.
     """
     for i in prange(axes.shape[0]):
         for k in range(commands.shape[1]):

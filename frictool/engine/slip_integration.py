@@ -166,7 +166,7 @@ def curved_slip(
     """Integrate a slip for up to `remaining` [s] from `state`, which is not changed.
 
     The slip ends at a limit of `speed_band` or at the boundary of `next_place`. to_edge [rad | m]:
-    distance after which the backlash closes, at most 0 if it is closed. Returns duration [s],
+    distance after which the backlash closes; <= 0 if the backlash is closed. Returns duration [s],
     distance [rad | m], final speed, and the cause of the end.
     """
     at = np.zeros(ROWS)

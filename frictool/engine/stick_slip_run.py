@@ -28,8 +28,8 @@ class Trajectory:
     """Samples and events of a run in SI units.
 
     samples (n, 5) at `time` (n,); events (m, 4): time, kind, position, velocity (engine/body.py).
-    status: code of engine/status_codes.py; if it is not OK, the run ended at `reached` [s] and
-    later samples are NaN. state: final state.
+    status: code of engine/status_codes.py; if the status is not OK, the run ended at `reached` [s],
+    and later samples are NaN. state: final state.
     """
 
     status: int

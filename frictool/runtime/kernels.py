@@ -104,7 +104,8 @@ def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 class Callee:
     """Form of a kernel that other kernels call: code to be linked, without a wrapper for Python.
 
-    It is compiled separately from the form for Python, and only if another kernel calls it.
+    This form is compiled separately from the form for Python, and only if another kernel calls the
+    kernel.
     """
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -113,7 +114,7 @@ class Callee:
 
     @functools.cached_property
     def dispatcher(self) -> Any:
-        """Numba's dispatcher of this form."""
+        """Return numba's dispatcher of this form."""
         from frictool.runtime.linked_code import LinkedCompiler  # loads numba's compiler
 
         made = compiler(**self._options, pipeline_class=LinkedCompiler)(self._function)

@@ -70,7 +70,7 @@ class _Form(CompileResultCacheImpl):
         self._locator, self._filename_base, self._lineno = entry, name, line
 
     def reduce(self, compiled: Any) -> tuple[Any, ...]:
-        """Return what is pickled of compiled code.
+        """Return the parts of compiled code that are pickled.
 
         The environments of numba's functions refer to the package numba instead of their modules.
         Otherwise, loading would import these modules, which have the sources of the functions. Code
@@ -321,7 +321,7 @@ _files: dict[Path, tuple[int, int]] = {}
 
 
 def _lock(folder: Path, byte: int) -> bool:
-    """Lock a byte of the lock file; return False without locks, or after PATIENCE_S."""
+    """Lock a byte of the lock file; return False if locks do not work, or after PATIENCE_S."""
     if fcntl is None:
         return False
     try:

@@ -27,8 +27,8 @@ def read_test(path: Path, bench: Bench) -> Log:
     Raises
     ------
     LogError
-        If the file contains no test signals, or if it is a CSV file with drive ramps. A CSV file
-        does not state at which position a ramp ends.
+        If the file contains no test signals, or if the file is a CSV file with drive ramps. (A CSV
+        file does not state at which position a ramp ends.)
     """
     if path.suffix.lower() != CSV:
         return read_excitation(path)

@@ -57,7 +57,7 @@ class ControllerSignals(NamedTuple):
     - speed: speed estimate that the control law used
     - profile: reference profile that the control loop tracked
     - fault: 1 while the controller is in its fault state, else 0. If the scenario has no supervisor
-      commands, `fault` is None, and AxisChannels computes it from the measured positions
+      commands, `fault` is None, and AxisChannels computes the fault from the measured positions
     """
 
     speed: Vector | None = None

@@ -99,7 +99,7 @@ def simulate_closed_loop(
     """Simulate a scenario with a controller and each plant variant; return the log.
 
     The log has a stream for each variant, metadata and warnings. `progress(done, total)` receives
-    numbers of variants; if a mechanism has a single variant, it receives numbers of samples.
+    numbers of variants, but numbers of samples if a mechanism has a single variant.
     `names` are the names of the documents in messages. Raises InputFileError if the documents do
     not fit together, LogError if the log cannot be replayed, NoSolutionError if a variant cannot be
     simulated.
@@ -134,7 +134,7 @@ class _KeptReference(NamedTuple):
 
 
 class SimulatedRun(NamedTuple, Generic[V]):
-    """Simulated signals of one plant variant, before they are turned into a log.
+    """Simulated signals of one plant variant, from which a log stream is built.
 
     `number`: number of the variant, from 0. `record`: signals (n, 7), columns of
     engine/closed_loop.py.

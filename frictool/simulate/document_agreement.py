@@ -92,9 +92,10 @@ def check_efforts(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
 def check_temperature(
     scenario: Scenario, law: FrictionOverTemperature | None, names: DocumentNames
 ) -> None:
-    """Raise DocumentError if the scenario has a temperature, but the plant does not depend on it.
+    """Raise DocumentError if the scenario has a temperature, but `law` is None.
 
-    law: dependence of the plant's friction on the temperature, or None.
+    law: dependence of the plant's friction on the temperature; None if the friction does not depend
+    on the temperature.
     """
     if scenario.temperature is not None and law is None:
         refuse(

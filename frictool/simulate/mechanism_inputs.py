@@ -3,9 +3,9 @@
     |- sample k ------------|- sample k+1 ---
     |-- part --|-- part ----|-- part --------
 
-A sample is divided into parts wherever a signal or its slope jumps. In each part a signal is
-replaced by its mean. A step and the impulse of any signal are therefore exact. For a sine or a
-ramp, the error of the computed motion is of second order in the length of the part.
+A sample is divided into parts wherever a signal or the slope of a signal jumps. In each part, a
+signal is replaced by its mean. Steps are therefore exact, and so is the impulse of any signal. For
+a sine or a ramp, the error of the computed motion is of second order in the length of the part.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ def quantities_of(document: Mechanism) -> Iterator[tuple[str, Quantity]]:
 
 
 def ranges(document: Mechanism) -> dict[str, VariedParameter]:
-    """Return range and nominal value of every quantity of a mechanism, by its key."""
+    """Return range and nominal value of every quantity of a mechanism, by key."""
     least = dict(_leasts(document, ""))
     return {
         key: VariedParameter(*one.interval, one.value, one.unit, key, least.get(key))

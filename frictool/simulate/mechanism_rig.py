@@ -6,9 +6,9 @@ from the sensor's position:
     q_block - start_block = ratio (q_sensor - start_sensor)
 
 ratio is the product of the ratios of the links between the two blocks. The load is the block that
-`control.load` names. Without that key, it is the block with the most links between itself and the
-sensor; if several blocks have equally many, it is the last of them in the file. The load's position
-is converted to the sensor's coordinate, so that it can be compared with the reference.
+`control.load` names. Without this key, the load is the block with the most links to the sensor; of
+several such blocks, the last in the file. The load's position is converted to the sensor's
+coordinate for the comparison with the reference.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, flo
 
 
 class ChainPosition(NamedTuple):
-    """Speed of a block relative to the first block of a chain, and number of links between them."""
+    """Speed of a block divided by the speed of the root block, and number of links to the root."""
 
     ratio: float
     links: int

@@ -94,9 +94,9 @@ def play_all(
     """Simulate all variants in parallel; yield the outcome of each.
 
     tasks: pairs (task, initial positions (n,) [rad | m]); each run starts at rest.
-    `progress(done, total)` receives numbers of variants; if there is a single variant, it receives
-    numbers of samples. Raises NoSolutionError if a variant cannot be simulated; the message states
-    the time and the element.
+    `progress(done, total)` receives numbers of variants, but numbers of samples if there is a
+    single variant. Raises NoSolutionError if a variant cannot be simulated; the message states the
+    time and the element.
     """
     total = len(variants)
     done = 0

@@ -116,8 +116,9 @@ def _values(
 ) -> Vector:
     """Return the values (n, d) of d parameters in n variants.
 
-    parts (n, d): position of each value in its range, 0 (low) to 1 (high). If a parameter has
-    another parameter as its lower limit, its range begins at the value of that limit.
+    parts (n, d): position of each value in the range of the parameter, 0 (low) to 1 (high). If the
+    lower limit of a parameter is another parameter, the range begins at the value of the other
+    parameter.
     """
     lows, highs = (
         np.array([one.low for one in ranged.values()]),

@@ -6,8 +6,8 @@ sine       centre + A sin(2 pi f j T + phase)
 hold_s     r0
 
 Sample j of a step is counted from the step's start. A step of duration d has n = round(d/T)
-samples. r0 is the last value of the step before, or the scenario's `start`. A is the amplitude and
-f the frequency of the sine.
+samples. r0 is the last reference of the previous step; in the first step, r0 is the scenario's
+`start`. A is the amplitude and f the frequency of the sine.
 """
 
 from __future__ import annotations

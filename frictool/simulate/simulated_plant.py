@@ -43,7 +43,7 @@ V = TypeVar("V", bound=PlantVariant)
 
 
 class VariedParameter(NamedTuple):
-    """Range and nominal value of a plant's parameter in SI; low == high if it is known exactly.
+    """Range and nominal value of a plant's parameter in SI; low == high if there is no range.
 
     - label: name of the parameter in messages
     - least: lower limit, as (name of another parameter, factor between the units), or None. The
@@ -86,8 +86,8 @@ class SimulatedLoop(NamedTuple):
       (engine/disturbances_and_faults.py)
     - scheduled: one mapping for each variant, from the node index of a scheduled parameter in
       `program` to its value
-    - progress: function that receives the completed and the total number of variants; if a
-      mechanism has a single variant, it receives numbers of samples
+    - progress: function that receives the completed and the total number of variants, but numbers
+      of samples if a mechanism has a single variant
     """
 
     controller: Controller
@@ -155,8 +155,8 @@ class SimulatedPlant(Protocol[V]):
     def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
         """Return the parameter intervals [SI] for which a controller must be verified.
 
-        Friction has its value at the scenario's temperature. For a mechanism, only the interval of
-        the drive's constant is known.
+        The intervals of friction apply to the scenario's temperature. For a mechanism, only the
+        interval of the drive's constant is known.
         """
 
     def described(self, variant: V) -> str:

@@ -47,8 +47,8 @@ def simulate(
     names : DocumentNames
         Names of the documents in messages.
     progress : callable
-        Function that receives the completed and the total number of variants. If a mechanism has a
-        single variant, it receives numbers of samples.
+        Function that receives the completed and the total number of variants, but numbers of
+        samples if a mechanism has a single variant.
 
     Returns
     -------

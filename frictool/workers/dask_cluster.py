@@ -53,9 +53,9 @@ def run_on_cluster(
 ) -> Iterator[tuple[Task, list[Any]]]:
     """Yield each task with the results of its jobs, in the order of completion.
 
-    Raises ClusterError if the scheduler cannot be reached, if it has no workers, or if the
-    installation of a worker differs from this one. Raises WorkerLost if every worker that runs a
-    job dies, and `instead` is None.
+    Raises ClusterError if the scheduler cannot be reached or has no workers, or if the installation
+    of a worker differs from this installation. Raises WorkerLost if every worker that runs a job
+    dies, and `instead` is None.
     """
     with connect(address) as client:
         _check(client, address)

@@ -47,9 +47,10 @@ def worker_installation() -> Installation:
 def run(topic: str, expected: Installation, function: bytes, task: bytes) -> bytes:
     """Run a task on a worker and return the pickled results.
 
-    topic: Dask topic for messages that kernels are being compiled.
+    topic: Dask topic on which the worker reports that it compiles kernels.
     expected: installation that the worker must have.
-    function, task: pickled function that computes a job, and pickled task (batch of jobs).
+    function: pickled function that computes a job.
+    task: pickled task (batch of jobs).
     """
     with _TURN:
         return pickle.dumps(_run(topic, expected, function, task))

@@ -42,7 +42,7 @@ def installation() -> Installation:
 
 
 def differences(here: Installation, there: Installation) -> str:
-    """Return the versions that differ, with both values, as text; "" if all are equal."""
+    """Return a text with the differing versions of `here` and `there`; "" if all are equal."""
     local, remote = dict(here.versions), dict(there.versions)
     names = [name for name in {**local, **remote} if local.get(name) != remote.get(name)]
     return ", ".join(

@@ -47,7 +47,7 @@ def share(
     cluster : str, optional
         Address of a Dask scheduler; its workers are used instead of processes.
     batch : int, optional
-        Number of jobs that are sent together; together they should take some tenths of a second.
+        Number of jobs that are sent together as a task; a task should take some tenths of a second.
     instead : Callable, optional
         Function of a job and a reason; it returns a substitute for the result of a job during which
         several processes died.

@@ -19,7 +19,7 @@ Task = Sequence[tuple[int, Any]]  # jobs that are sent together, each with its i
 
 @dataclass(frozen=True)
 class JobFailure:
-    """Error of a failed job, instead of its result."""
+    """Error of a failed job, in place of the job's result."""
 
     error: Exception
 

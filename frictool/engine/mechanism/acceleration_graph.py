@@ -189,8 +189,8 @@ def total_inertia(tree: JointTree) -> float:
 def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, zero of Lambda that x reaches from `start`), or (False, x) if x diverges.
 
-    With slightly compliant, damped links, x would move in the direction of -Lambda(x) to a zero at
-    which Lambda rises (a stable zero).
+    x moves in the direction of -Lambda(x), as it would with slightly compliant, damped links. It
+    reaches a zero at which Lambda rises (a stable zero).
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

@@ -1,8 +1,8 @@
 """Calls of kernels by address, through wrappers generated from the kernels' types.
 
-A kernel is a compiled function. Numba does not compile a kernel that is called by its address again
-with each caller. The engine calls friction laws by address and is therefore compiled once for all
-laws. It also calls four large kernels of the engine itself by address. An address is valid in one
+A kernel is a compiled function. If a kernel is called by its address, numba does not compile it
+again with each caller. The engine calls friction laws by address and is therefore compiled once for
+all laws. Four large kernels of the engine are also called by address. An address is valid in one
 process only.
 """
 

@@ -63,7 +63,7 @@ class ControlPorts(NamedTuple):
 
 
 class MechanismInputs(NamedTuple):
-    """Inputs of a mechanism, constant in each of the parts into which a sample period is divided.
+    """Inputs of a mechanism; they are constant in each part of a sample period.
 
     first (n + 1,): index of the first part of each of the n samples; the last entry is the number m
     of all parts. durations (m,) [s]: durations of the parts. drives (m, u): commands of the u
@@ -79,7 +79,7 @@ class MechanismInputs(NamedTuple):
 
 
 class DriftedNumbers(NamedTuple):
-    """Conditions at each sample, and the parameters of the mechanism that are multiplied by them.
+    """Conditions at each sample, and the mechanism's parameters that conditions multiply.
 
     conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) if there are no conditions. At
     sample k, machine.numbers[indices[i]] is values[i] times conditions[k, columns[i]]. limit: limit

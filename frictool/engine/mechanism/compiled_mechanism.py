@@ -151,11 +151,11 @@ def _dry(packed: PackedMechanism, kinds: list[int]) -> IntVector:
 
 
 def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Vector, Vector]:
-    """Return three arrays (n,): the rigid group of each block, its speed ratio and its group mass.
+    """Return three arrays (n,): rigid group, speed ratio and group mass of each block.
 
-    A group has the number of its first block. The ratio is the speed of the block divided by the
-    speed of this first block. The group mass is the mass of the whole group reflected to the first
-    block.
+    The number of a group is the index of its first block. The speed ratio is the speed of the block
+    divided by the speed of this first block. The group mass is the mass of the whole group,
+    reflected to the first block.
     """
     n = packed.inertia.size
     joints = packed.joints

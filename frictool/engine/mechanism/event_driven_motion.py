@@ -7,9 +7,9 @@
 
 Between events all modes are constant and the rates smooth. The motion is integrated by the
 Dormand-Prince method 8(5,3) with error control. A guard (mode_guards.py) measures how far a mode is
-from its end. If a guard falls to its limit within a step, the step is shortened to that instant,
-which is located to rounding on the step's dense output. Then the modes are determined again. If
-nothing moves and all drives are steady, the remaining duration is skipped.
+from its end. If a guard falls to its limit within a step, the step ends at this instant, which is
+located to rounding on the step's dense output. Then the modes are determined again. If nothing
+moves and all drives are steady, the remaining duration is skipped.
 """
 
 from __future__ import annotations
@@ -240,9 +240,9 @@ def advance(
     """Advance the state, in place, by `duration` [s] under constant commands and external efforts.
 
     command (u,): command of each source [A | V | N | N m]. external (n,): efforts on blocks [N | N
-    m]. events: filled. The limit of a winding is computed for the speed at the beginning of the
-    call. Returns a status of engine/status_codes.py; if it is not OK, `state` is the state after
-    the last event or step.
+    m]. Adds the events to `events`. The limit of a winding is computed for the speed at the
+    beginning of the call. Returns a status of engine/status_codes.py; if the status is not OK,
+    `state` is the state after the last event or step.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.ADVANCE]
     status: int = _held_command(

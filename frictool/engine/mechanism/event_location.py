@@ -126,9 +126,9 @@ def _smooth_crossing(
     low: float,
     high: float,
 ) -> float:
-    """Return the time at which a guard falls to the value `aim`; it is passed at time `high`.
+    """Return the time in [low, high] at which the guard at `index` falls to the value `aim`.
 
-    The guard must have a rate (`_has_rate`).
+    The guard must be passed at `high`, and must have a rate (`_has_rate`).
     """
     g1, r1 = distance_to_guard(
         k, p, index, workspace.lines[Y_HIGH], workspace.lines[RATES_HIGH], modes
@@ -194,7 +194,7 @@ def _first(
     lead: int,
     weights: tuple[float, float],
 ) -> tuple[float, int]:
-    """Return the estimated time at which the first guard reaches its target, and its index.
+    """Return the estimated time at which the first guard reaches its target; index of this guard.
 
     Only guards passed at `high` are candidates. weights: Illinois weights of the guard `lead`.
     """
@@ -233,9 +233,10 @@ def locate(
     must be passed there. Afterwards the rows END, AFTER, TRIAL and SPENT contain the results of the
     shortened step.
 
-    The search brackets the first such instant and evaluates the step's dense output. For a speed or
-    a position, each iteration uses the zero of the cubic through both ends of the bracket; for a
-    force, it uses regula falsi (Illinois). Every fourth iteration bisects the bracket.
+    The search brackets the first such instant and evaluates the step's dense output. For the guard
+    of a speed or a position, the next instant is the zero of the cubic through both ends of the
+    bracket; for the guard of a force, it is that of regula falsi (Illinois). Every fourth iteration
+    bisects the bracket.
     """
     k, p, _ = machine
     y, modes, workspace = state.y, state.modes, state.workspace

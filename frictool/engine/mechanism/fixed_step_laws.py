@@ -48,10 +48,10 @@ def _first_mode(k: IntVector) -> int:
 def timed_frictions(
     machine: CompiledMechanism, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> int:
-    """Subtract the friction of fixed-step laws from the row FORCE; fill the rates of their states.
+    """Subtract the friction of fixed-step laws from the row FORCE; fill the rates of law states.
 
-    The row NEED must already be filled, without the friction of fixed-step laws. Returns a status
-    of friction/status_codes.py.
+    The row NEED must contain values without the friction of fixed-step laws. Returns a status of
+    friction/status_codes.py.
     """
     k, p, laws = machine
     rates, w, power = out.rates, out.w, out.power

@@ -1,10 +1,10 @@
 """Speeds after impacts of the flanks of a backlash, and after end-stop impacts.
 
-An impact occurs between two groups of rigidly joined blocks, or between a group and the frame. It
-follows Newton's law with the restitution of the contact. If groups touch in a row, the impact
-passes from contact to contact, as in Newton's cradle, until no two groups approach. The contact
-with the largest approach speed is resolved first. Friction forces are finite and have no impulse;
-an impact can therefore set blocks at rest in motion.
+An impact occurs between two groups of rigidly joined blocks, or between a group and the frame, by
+Newton's law with the restitution of the contact. If groups touch in a row, the impact passes from
+contact to contact, as in Newton's cradle, until no two groups approach. The contact with the
+largest approach speed is resolved first. Friction forces are finite and have no impulse; an impact
+can therefore set blocks at rest in motion.
 
 Losses of joints are proportional to the transmitted force and therefore take a fraction of the
 impulse (lossy_impulses.py). The flanks return at most the energy that they absorbed, even if the
@@ -52,10 +52,10 @@ def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> 
 
 @bare_kernel
 def _until(s: float, rate: float, goal: float, absorbed: float) -> float:
-    """Return the impulse at which the approach speed s reaches `goal`.
+    """Return the impulse after which the approach speed s is `goal`; inf if s does not fall.
 
-    The impulse is smaller if the separating flanks have returned all the energy `absorbed` before.
-    rate: change of s per unit of impulse.
+    For separating flanks, the result is at most the impulse after which the flanks have returned
+    all the energy `absorbed`. rate: change of s per unit of impulse.
     """
     if rate >= 0.0:
         return math.inf

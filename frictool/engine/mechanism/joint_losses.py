@@ -1,4 +1,4 @@
-"""Force g(lambda) of a lossy joint at its driving end a, for a force lambda at its load end b.
+"""Force g(lambda) at the driving end a of a lossy joint, for a force lambda at the load end b.
 
     g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
 

@@ -6,13 +6,13 @@ law in its own way:
 ====  =======  ==================================================================================
 kind  name     treatment in the engine
 ====  =======  ==================================================================================
-0     EXACT    static law with exact rest: sticks up to its breakaway, slips in the direction of
-               the mode
+0     EXACT    static law with exact rest: the block sticks up to the breakaway, and slips in the
+               direction that the mode states
 1     SMOOTH   regularised static law: a force that depends on the velocity
-2     DYNAMIC  its state is integrated, its memory is updated after accepted steps
-3     HYBRID   its mode is updated at the beginning of each step of a fixed length
-4     BANDED   static law that treats low speeds as rest (thesis 2.32, 2.35); its mode is updated
-               as for HYBRID
+2     DYNAMIC  the state of the law is integrated, the memory is updated after accepted steps
+3     HYBRID   the mode of the law is updated at the beginning of each step of a fixed length
+4     BANDED   static law that treats low speeds as rest (thesis 2.32, 2.35); the mode of the law
+               is updated as for HYBRID
 ====  =======  ==================================================================================
 
 The kernels are called by address, so that their callers are compiled once for all laws.

@@ -1,4 +1,4 @@
-"""Response of rigidly joined blocks to an impulse, with losses in their joints.
+"""Response of rigidly joined blocks to an impulse, with losses in the joints.
 
 The loss of a joint is proportional to the transmitted force and therefore takes a fraction of an
 impulse. The impulse is applied in increments, from zero on (Routh 1860). Each increment changes the

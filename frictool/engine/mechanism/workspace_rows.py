@@ -4,7 +4,8 @@
 row            value                                                   filled by
 =============  ======================================================  =======================
 FORCE          sum of all known efforts on the block                   efforts.py
-GROSS          sum of their magnitudes, the scale of rounding errors   efforts.py
+GROSS          sum of the magnitudes of these efforts, which is the    efforts.py
+               scale of rounding errors
 HOLD_LOW,      lowest (<= 0) and highest effort that the friction of   efforts.py
 HOLD_HIGH      a block at rest can balance
 DRIVEN         effort of the sources alone                             efforts.py
@@ -23,7 +24,7 @@ STOPPED_HIGH   else 0
 ON_BLOCK       effort on the block of a fixed-step law                 fixed_step_laws.py
 =============  ======================================================  =======================
 
-GROSS is not computed at the stages within a step, which use the last values.
+At the stages within a step, GROSS is not computed; the last values are used.
 """
 
 from __future__ import annotations
