@@ -63,7 +63,7 @@ def test_what_does_not_tell_a_lag_is_refused() -> None:
         loop_lag(np.ones(6000), measured, PERIOD, 0.95)
     with pytest.raises(UnusableLogs, match=r"leaves .* of the current unexplained"):
         loop_lag(command, np.random.default_rng(1).standard_normal(6000), PERIOD, 0.95)
-    with pytest.raises(UnusableLogs, match="too short for a sample period"):
+    with pytest.raises(UnusableLogs, match="lag of the current loop is too short"):
         loop_lag(
             command,
             np.append(command[0], command[:-1])

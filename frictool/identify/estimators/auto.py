@@ -214,8 +214,7 @@ def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifia
 
     The required relative half width is the smaller of WANTED and the relative half width in
     bench.yaml. If the logs cannot reach this precision, the half width in bench.yaml is required
-    instead. A parameter without an interval in bench.yaml is taken to have the relative half width
-    1.
+    instead. If bench.yaml states no interval, the half width there is taken as 100 %.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))

@@ -1,8 +1,8 @@
 """Friction force, computed with a known inertia, and its curve over speed (after K. Mnich).
 
-    filter     same causal low-pass for velocity and effort, so that their delays are equal force
-    effort - inertia (v[k] - v[k-1])/T, with the inertia in bench.yaml curve      coulomb + viscous
-    v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)
+    filter     same causal low-pass for velocity and effort, so that both delays are equal
+    force      effort - inertia (v[k] - v[k-1])/T, with the inertia in bench.yaml
+    curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)
                for each direction of motion, and an offset
 
 v is the filtered velocity, k the number of the sample, and T the sample period. The breakaway is

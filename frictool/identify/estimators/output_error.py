@@ -166,7 +166,7 @@ def simulation_error(
     )
     if undetermined is not None:
         raise UnusableLogs(
-            "output-error needs logs that determine every load of the bench, but they do not "
+            "output-error needs logs that determine every load, and these logs do not "
             f"({undetermined}); use least-squares"
         )
     hidden = start.refused.get("inertia", "")

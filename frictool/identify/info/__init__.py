@@ -1,4 +1,4 @@
-"""Survey of a log: contents, quality, and the methods that can use it."""
+"""Survey of a log: contents, quality, and the methods that can use the log."""
 
 from typing import TYPE_CHECKING
 

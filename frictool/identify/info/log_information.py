@@ -1,4 +1,4 @@
-"""Survey of a log and of the methods that can use it: the function behind `frictool info`.
+"""Survey of a log and of the methods that can use the log: the function behind `frictool info`.
 
 file -> assemble() -> streams, each read twice -> logs/quality/survey.py
      -> StreamSurvey per stream -> facts -> text_view.py -> text
@@ -59,7 +59,7 @@ class Information(ResultView):
 def info(
     log: Log | Path | str, bench: Bench | None = None, window: TimeWindow = EVERYTHING
 ) -> Information:
-    """Survey the contents and the quality of a log, which is read twice in bounded memory.
+    """Survey the contents and the quality of a log; the log is read twice, in bounded memory.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
 
 
 def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, Any]]:
-    """Return offset and drift of each other stream's clock relative to the main stream's clock.
+    """Return offset and drift of each other stream's clock, relative to the main stream's.
 
     The clocks are compared by the first signal that both streams contain.
     """

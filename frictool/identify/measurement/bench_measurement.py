@@ -1,4 +1,4 @@
-"""Measured bench properties of a model document: each has a value or a reason for having none."""
+"""Measured bench properties of a model document, each with a value or the reason for no value."""
 
 from __future__ import annotations
 
@@ -41,11 +41,12 @@ def measurement(
 ) -> Measurement:
     """Return backlash, delay, time constant of the current loop and constants of the winding.
 
-    A property that the logs do not determine is in `refused`, with the reason.
+    If the logs do not determine a property, `refused` contains the reason.
 
     - records: records of sliding motion
-    - currents: commanded and measured current (n,), A, and the period, s, of each log with both
-    - windings: voltage, current and position of each log that has all three
+    - currents: commanded current (n,) [A], measured current (n,) [A] and sample period [s] of each
+      log that contains both currents
+    - windings: voltage, current and position of each log that contains all three signals
     """
     try:
         width, late = (

@@ -4,7 +4,7 @@
     i[k+1] = a i[k] + (1 - a) command[k],    a = e^(-period/lag)
 
 i is the current, and k the number of the row. The command of a row is held until the next row. The
-measured current is gain i + offset + noise; i is simulated from the command (output error), so that
+measured current is gain i + offset + noise. Because i is simulated from the command (output error),
 the noise need not be white. The interval comes from a jackknife over parts of the record.
 """
 
@@ -52,7 +52,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     if error > LARGEST_ERROR:
         raise UnusableLogs(
             f"a first-order lag of the current loop leaves {100.0 * error:.3g} % of the current "
-            f"unexplained (allowed: {100 * LARGEST_ERROR:g} %)"
+            f"unexplained (allowed: at most {100 * LARGEST_ERROR:g} %)"
         )
     gain = float(np.linalg.lstsq(columns, measured, rcond=None)[0][0])
     moved = (
@@ -68,14 +68,14 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     half = float(solution.half_width(confidence)[-1])
     if lag < 1.1 * SHORTEST * period or lag < SURE * float(solution.deviation[-1]):
         raise UnusableLogs(
-            f"the lag of the current loop is too short for a sample period of {period:g} s: "
-            f"{lag:.3g} s, +-{half:.3g}"
+            f"with a sample period of {period:g} s, the lag of the current loop is too short to be "
+            f"measured: {lag:.3g} s, +-{half:.3g}"
         )
     return Interval.around(lag, half, 0.0)
 
 
 def _current(lag: float, command: Vector, period: float) -> Vector:
-    """Return the simulated current (n,) for the command (n,); it starts at the first command."""
+    """Return the simulated current (n,) for the command (n,), starting at the first command."""
     a = float(np.exp(-period / lag))
     return np.asarray(
         command[0] + scipy.signal.lfilter([0.0, 1.0 - a], [1.0, -a], command - command[0])

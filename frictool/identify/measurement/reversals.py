@@ -10,11 +10,11 @@ acts. In the search for the width, [advance < width] is smoothed over an encoder
 
 The delay is a linear parameter. Its estimation is repeated, with the effort shifted by the previous
 delay, until the remaining delay is nearly 0. Rows inside the backlash are not used for the delay,
-because the motor's friction looks like a delay. For this purpose, the backlash is the larger of two
-upper ends: that of the estimated interval, and that of the interval in bench.yaml.
+because the motor's friction looks like a delay. These rows are excluded with the larger of two
+upper ends of the backlash: that of the estimated interval, and that of the interval in bench.yaml.
 
-Schwarz's criterion (BIC) decides whether there is a backlash. The intervals come from a jackknife
-over strokes; the position of a reversal is known to within a count.
+Schwarz's criterion (BIC) decides whether the model includes a backlash. The intervals come from a
+jackknife over strokes; the position of a reversal is known to within a count.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ def reversals(
 def _over_windows(
     estimate: Callable[[int], Interval], windows: list[int]
 ) -> Interval | UnusableLogs:
-    """Return the estimate with the first window; its interval covers those of all windows.
+    """Return the estimate with the first window, and an interval that covers the intervals of all.
 
     `windows` are lengths in samples. The effect of the encoder's noise differs between windows.
     """
@@ -152,8 +152,8 @@ def _over_windows(
 def _delay(records: list[MotionRecord], gap: float, confidence: float, window: int) -> Interval:
     """Return the delay [s] of the position relative to the effort.
 
-    Only rows beyond the backlash of width `gap` [rad | m] are used. Raises UnusableLogs if these
-    rows do not determine the delay.
+    Rows inside the backlash of the full width `gap` [rad | m] are not used. Raises UnusableLogs if
+    the other rows do not determine the delay.
     """
     delay = 0.0
     for _ in range(ROUNDS):
@@ -165,8 +165,8 @@ def _delay(records: list[MotionRecord], gap: float, confidence: float, window: i
         delay -= float(solution.value[SLOPE])
         if abs(delay) > LARGEST_DELAY * window * records[0].period:
             raise UnusableLogs(
-                f"the estimated delay, {delay:.3g} s, is too long for windows of {window} samples; "
-                "correct the time stamps"
+                f"the estimated delay, {delay:.3g} s, is too long compared with the window of "
+                f"{window} samples; correct the time stamps"
             )
     statistical = float(solution.half_width(confidence)[SLOPE]) / float(
         scipy.special.ndtri(0.5 + 0.5 * confidence)
@@ -193,8 +193,9 @@ def _backlash(
 ) -> Interval:
     """Return the full width of the backlash [rad | m] from all rows.
 
-    `ranges` are the error of the position of a reversal, and the distance moved within the
-    uncertainty of the delay, rad | m. Raises UnusableLogs if the rows show no backlash.
+    `ranges` contains two errors [rad | m]: that of the position of a reversal, and the distance
+    that the axis moves within the uncertainty of the delay. Raises UnusableLogs if the rows show no
+    backlash.
     """
     rows = [_rows(record, window, 0.0) for record in records]
     width = _width(rows, widest)
@@ -212,7 +213,7 @@ def _backlash(
 
 
 def _moved(record: MotionRecord, delay: float) -> MotionRecord:
-    """Return the first LONGEST samples; each has the effort that was logged `delay` [s] later."""
+    """Return the first LONGEST samples, each with the effort that was logged `delay` [s] later."""
     part = record.part(slice(0, LONGEST))
     return replace(part, effort=np.interp(part.time + delay, record.time, record.effort))
 
@@ -294,8 +295,8 @@ def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:
 def _solved(rows: list[ReversalRows], width: float) -> LeastSquaresSolution:
     """Return the regression with the delay or, if `width` [rad | m] is above 0, with the backlash.
 
-    The regression with a backlash includes the derivative of the effort with respect to its width.
-    Raises UnusableLogs if the rows do not determine the parameters.
+    The regression with the backlash includes the derivative of the effort with respect to the
+    width. Raises UnusableLogs if the rows do not determine the parameters.
     """
     plain, effort, stroke = _together(rows)
     if width > 0.0:

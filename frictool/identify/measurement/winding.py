@@ -13,8 +13,8 @@ noise. The equation does not contain friction, inertia or load.
 
 In general, a log does not state the timing of the voltage. Between rows k and k + 1, the voltage
 may be that of row k (held), that of row k - 1 (held and logged late), or the mean of both rows
-(measured). All three timings are fitted. The result contains the intervals of all timings whose sum
-of squares is not clearly larger than the smallest.
+(measured). All three timings are fitted. The result covers the interval of each timing whose sum of
+squares is not clearly larger than the smallest sum.
 
 The intervals come from a jackknife over parts of the logs. The noise of current and position biases
 the parameters; the intervals include the largest bias.
@@ -55,7 +55,7 @@ LONGEST_STEP = 1.5  # periods, longest interval of one piece
 
 @dataclass(frozen=True)
 class WindingLog:
-    """Voltage [V], current [A] and position [rad | m] (n,) of one log.
+    """Voltage [V], current [A] and position [rad | m] of one log, each (n,).
 
     - piece: number of the gap-free part of the log that contains the sample, (n,)
     - period: sample period, s
@@ -73,7 +73,7 @@ class WindingLog:
 
 
 def winding_log(log: Log, record: MotionRecord) -> WindingLog | None:
-    """Return voltage, current and position of a log, or None if one of them is missing.
+    """Return voltage, current and position of a log, or None if one of these signals is missing.
 
     `record` is the motion record of the log.
     """
@@ -97,8 +97,8 @@ def winding(
     """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H].
 
     A value that is not determined is replaced by an UnusableLogs with the reason. If the voltage
-    drives the axis without a lag, it is taken as constant between samples; otherwise all timings of
-    the module docstring are tried.
+    drives the axis without a lag, the voltage is taken as constant between samples. Otherwise, all
+    timings of the module docstring are tried.
     """
     holds = bench.actuator.drive == "voltage" and bench.actuator.loop_time_constant_s == 0.0
     try:
@@ -122,7 +122,7 @@ class _WindingFit:
 def _fit(
     logs: Sequence[WindingLog], timing: tuple[float, float, float], confidence: float
 ) -> _WindingFit:
-    """Return the fit for one assumed timing of the voltage; undetermined parameters are absent.
+    """Return the fit for one assumed timing of the voltage, without undetermined parameters.
 
     Raises UnusableLogs if the equation does not explain the voltage.
     """
@@ -146,8 +146,8 @@ def _fit(
     if not error <= LARGEST_ERROR:
         raise UnusableLogs(
             f"resistance, back-EMF and inductance leave {100.0 * error:.3g} % of the voltage "
-            f"unexplained (allowed: {100 * LARGEST_ERROR:g} %); check that voltage, current and "
-            "position have the same positive direction"
+            f"unexplained (allowed: at most {100 * LARGEST_ERROR:g} %); check that voltage, "
+            "current and position have the same positive direction"
         )
     change = names.index(INDUCTANCE)
     fast = not 0.0 < value[0] < value[change]  # the current settles within a period
@@ -196,7 +196,7 @@ def _linearised(
 
 
 def _rows(log: WindingLog, timing: tuple[float, float, float]) -> list[tuple[Matrix, Matrix]]:
-    """Return for each gap-free part its rows (m, 4), and the noise power (3, 3) of its columns.
+    """Return the rows (m, 4) of each gap-free part, and the noise power (3, 3) of its columns.
 
     The columns belong to the resistance R, the back-EMF constant K, c (module docstring), and the
     voltage. The noise power is that of the first three columns.

@@ -38,7 +38,8 @@ class SlipSamples:
     - time: time, with all logs placed one after the other, s
     - position, velocity: smoothed motion, rad and rad/s | m and m/s
     - residual: measured effort minus the effort of the model, N m | N
-    - friction: mean friction of the model over the travel plus direction times residual, N m | N
+    - friction: residual times direction, plus the mean friction of the model over the travel,
+      N m | N
     """
 
     time: Vector
@@ -169,7 +170,7 @@ def sliding_records(outcome: IdentifiedModel) -> list[MotionRecord]:
 def held_out_positions(
     outcome: IdentifiedModel, request: IdentificationRequest
 ) -> HeldOutPositions | None:
-    """Predict the positions of each half of the logs with a model from the other half.
+    """Predict the positions of each half of the logs with a model identified from the other half.
 
     The result is None if no log has a measured position, or if the simulation fails.
     """

@@ -2,10 +2,10 @@
 
 - Over speed: every slipping sample, and the curve of the model with the interval of friction. If
   friction depends on position, this dependence is subtracted from the samples.
-- Over position, if there are ramps: each breakaway, and for each direction a polynomial fitted to
-  the breakaways, with the interval of its mean.
+- Over position, if there are ramps: each breakaway, and for each direction the polynomial fitted to
+  the breakaways. The interval of the polynomial's mean is drawn as a band.
 - Over position and speed, if friction depends on position: friction of the model in slip.
-- Over temperature, if friction depends on it: factors of viscous and Coulomb friction.
+- Over temperature, if friction depends on the temperature: factors of viscous and Coulomb friction.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Figure of a model document: friction over speed and, if it varies, over position."""
+"""Figure of a model document: friction over speed, and over position if friction varies with it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Panels of the residual, of the intervals beside those in bench.yaml, and of predicted strokes."""
+"""Panels of the residual, of the intervals compared with bench.yaml, and of predicted strokes."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _spectrum(numbers: np.ndarray, amplitudes: np.ndarray, axis: Axis) -> Figure
 def interval_panel(rows: Sequence[ParameterIntervals]) -> FigurePanel:
     """Return a panel of the intervals as deviations from the values in bench.yaml, in per cent.
 
-    If a value in bench.yaml is 0, the deviation is relative to the Coulomb friction there.
+    If a value in bench.yaml is 0, the deviation is relative to the Coulomb friction in bench.yaml.
     """
     coulomb = next((row.bench for row in rows if row.name == "coulomb"), None)
     scaled = []

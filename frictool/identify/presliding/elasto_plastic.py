@@ -95,7 +95,7 @@ def _path(loops: PreslidingLoops, value: Vector) -> Vector:
 def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
     """Return the fit of the stiffness sigma_0 [N m/rad | N/m] and the elastic limit z_ba [rad | m].
 
-    Raises UnusableLogs if the loops do not determine both.
+    Raises UnusableLogs if the loops do not determine both parameters.
     """
     fit = fit_path(
         loops, _path, np.array([2.0 * loops.breakaway.value / loops.reach, 1.0]), confidence

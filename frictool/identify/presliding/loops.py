@@ -1,9 +1,9 @@
 """Positions and friction along slow effort loops below the breakaway.
 
 The axis hardly accelerates, so that friction is the effort minus its offset. Each row stands for
-the time during which the encoder shows one count. The row has the mean effort of this time, and the
-position of the middle of the count. If the effort reverses during this time, the mean effort has no
-unique position. The row is then a part of the path, but is not fitted.
+the time during which the encoder shows one count. The row contains the mean effort of this time,
+and the position of the middle of the count. If the effort reverses during this time, the mean
+effort belongs to no unique position. The row is then a part of the path, but is not fitted.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
     """Return the rows of presliding loops in records of an axis that never slips.
 
     `breakaway` is the interval of the breakaway, N m | N. Raises UnusableLogs if there are too few
-    loops, or if the encoder is too coarse for them.
+    loops, or if the encoder is too coarse for the loops.
     """
     parts = []
     above = 0

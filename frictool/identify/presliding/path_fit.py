@@ -145,7 +145,7 @@ def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
 
 
 def _held_out(loops: PreslidingLoops, path: Path, start: Vector) -> Vector:
-    """Return the force error (n,) of the rows; each half is predicted by a fit to the other half.
+    """Return the force error (n,) of the rows; a fit to each half of the rows predicts the other.
 
     Pairs of branches are assigned to the two halves in turn.
     """

@@ -2,7 +2,8 @@
 
 The cycles have K amplitudes a = k z/K, k = 1 to K, with the largest amplitude z. Of each cycle, the
 falling branch from +a to -a is used (friction/preisach_cycles.py). The r-th branches of all
-amplitudes give table r. Value and interval are the mean and Student's interval over all tables.
+amplitudes give table r. The mean over all tables is the result. Its interval combines Student's
+interval over the tables and an error of one encoder count.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ Branch = tuple[Vector, Vector]  # positions and forces
 class EverettTable:
     """Everett's table of a Preisach operator.
 
-    - everett: Everett's function E(alpha, beta) of friction/preisach.py, divided by the saturation;
-      each row has one alpha, (n + 1, n + 1)
+    - everett: Everett's function E(alpha, beta) of friction/preisach.py, divided by the saturation,
+      with one row for each alpha, (n + 1, n + 1)
     - half_width: half widths of the intervals of the table's elements, (n + 1, n + 1)
     - saturation: half the difference of the forces at +limit and -limit, N m | N
     - limit: largest amplitude, rad | m
@@ -50,8 +51,9 @@ class EverettTable:
 def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
     """Return Everett's table for the largest number of amplitudes that the loops support.
 
-    The loops must have centred cycles with equally spaced amplitudes, each at least twice. Raises
-    UnusableLogs if there are no two such amplitudes.
+    The loops must contain centred cycles with equally spaced amplitudes, at least FEWEST_REPEATS
+    cycles of each amplitude. Raises UnusableLogs if the loops contain no such cycles of FEWEST to
+    MOST amplitudes.
     """
     centre = 0.5 * float(loops.position.max() + loops.position.min())
     falling = [(x - centre, f) for x, f in _branches(loops) if x[-1] < x[0]]

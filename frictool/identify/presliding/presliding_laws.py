@@ -77,7 +77,7 @@ def _checked(fit: T) -> T:
     if isinstance(fit, PreslidingFit | MaxwellFit) and fit.held_out > LARGEST_ERROR:
         raise UnusableLogs(
             f"the force error on branches that the fit did not use is {100.0 * fit.held_out:.3g} % "
-            f"of the breakaway (allowed: {100 * LARGEST_ERROR:g} %)"
+            f"of the breakaway (allowed: at most {100 * LARGEST_ERROR:g} %)"
         )
     if isinstance(fit, MaxwellFit) and not (fit.limit.low > 0.0 and fit.stiffness.low > 0.0):
         raise UnusableLogs(
@@ -137,8 +137,8 @@ class PreslidingLaw(NamedTuple):
     - fit: function of loops and confidence that returns the fitted law
     - document: function of fitted law, inertia and bench that returns the law for the model
       document
-    - predicts: True if the law can predict branches that the fit did not use; of these laws, the
-      one with the smallest prediction error is the best
+    - predicts: True if the law can predict branches that the fit did not use. Of these laws, the
+      best law has the smallest prediction error.
     """
 
     fit: Callable[[PreslidingLoops, float], Any]
@@ -155,7 +155,7 @@ LAWS = {
 
 
 def with_presliding(model: Model, records: list[MotionRecord]) -> Model:
-    """Return the model with presliding laws, or with the reason why it has none."""
+    """Return the model with presliding laws, or with the reason why no law was fitted."""
     today = model.parameters
     breakaway = Interval(today.breakaway.value, *today.breakaway.interval)
     try:

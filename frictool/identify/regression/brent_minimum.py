@@ -1,11 +1,11 @@
 """Brent's search for a minimum in an interval, for Python and for kernels.
 
-The method is parabolic interpolation with golden section (R. Brent, Algorithms for Minimization
-without Derivatives, 1973, chapter 5). The import of scipy.optimize would take longer than the
-searches of an identification.
+The method combines parabolic interpolation and golden section (R. Brent, Algorithms for
+Minimization without Derivatives, 1973, chapter 5). The import of scipy.optimize would take longer
+than the searches of an identification.
 
-The state of a search is a list or an array of ten numbers: the interval, the three points with the
-smallest values and these values, the last step, and the step before it.
+The state of a search is a list or an array of ten numbers: the ends of the interval, the three
+arguments with the smallest values, these three values, the last step, and the step before the last.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def bounded_minimum(
     high
         End of the searched interval.
     tolerance
-        Error of the result, in the unit of the argument.
+        Allowed error of the result, in the unit of the argument.
 
     Returns
     -------
@@ -53,9 +53,9 @@ def bounded_minimum(
 
 
 def next_place(state: list[float] | Vector, resolved: float) -> float:
-    """Return the next argument, and record the step; nan if the minimum is known to `resolved`.
+    """Return the next argument, and record the step; NaN if the minimum is known to +-`resolved`.
 
-    Each argument is at least `resolved` away from the best one.
+    The returned argument is at least `resolved` away from the best argument.
     """
     low, high, best = state[LOW], state[HIGH], state[BEST]
     middle = 0.5 * (low + high)

@@ -2,7 +2,8 @@
 
 Usually a cluster is a stroke (the motion between two reversals). Strokes with identical counts have
 identical encoder errors and form one cluster. Such strokes occur if a servo follows a sine of
-constant amplitude. If there are few strokes, each is cut into equal parts, which are the clusters.
+constant amplitude. If there are few strokes, each stroke is cut into equal parts, which are the
+clusters.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> 
     - stroke: ascending number of the stroke of each row, (n,)
     - sign: direction of each row, (n,)
     - counts: distance between successive rows, in encoder counts, (n,)
-    - shortest: number of rows over which residuals are correlated; no part of a stroke is shorter
+    - shortest: number of rows over which residuals are correlated; parts of a stroke have at least
+      this many rows
     """
     starts = np.flatnonzero(np.concatenate(([True], np.diff(stroke) != 0)))
     lengths = np.diff(np.append(starts, stroke.size))
@@ -42,7 +44,7 @@ def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> 
 
 
 def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
-    """Return the group number (m,) of m strokes; strokes with nearly equal counts are a group."""
+    """Return the group number (m,) of m strokes; strokes with nearly equal counts form a group."""
     order = np.lexsort((counts, rows, sign))
     group = np.full(sign.size, -1, dtype=np.int64)
     repetitions = 0

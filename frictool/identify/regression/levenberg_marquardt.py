@@ -40,18 +40,19 @@ def levenberg_marquardt(
     residual
         Function of the unknowns (n,) that returns the residuals (m,).
     jacobian
-        Function of the unknowns that returns the derivatives of the residuals, (m, n).
+        Function of the unknowns that returns the derivatives of the residuals with respect to the
+        unknowns, (m, n).
     start
         First unknowns, (n,).
     tolerance
-        The search ends when a step reduces the sum by less than this share.
+        The search ends when a step reduces the sum of squares by less than this fraction.
     most_evaluations
         Largest number of evaluations of `residual`.
 
     Returns
     -------
     LeastSquares
-        The unknowns with the smallest sum.
+        The unknowns with the smallest sum of squares.
     """
     best = LeastSquares(start, residual(start), 1)
     cost = float(best.residual @ best.residual)

@@ -1,15 +1,16 @@
 """Variance of a least-squares fit whose residual repeats at the same positions or phases.
 
 An effect that the model does not include leaves the same residual in every stroke, at the same
-positions or phases. Rows are therefore grouped by strokes and again by bins of position, phase or
+positions or phases. Rows are therefore grouped twice: by strokes, and by bins of position, phase or
 time (Cameron, Gelbach and Miller, 2011):
 
     V = V_strokes + (V_bins - V_both),    V_groups = sum over groups (sum over rows psi)^2
 
-V_strokes has one group for each stroke, V_bins for each bin, and V_both for each pair of stroke and
-bin. psi = (X^T X)^-1 x r is the influence of a row x with the residual r. If the model is complete,
-V_bins and V_both are equal on average. V_bins then has a relative standard deviation of
-sqrt(2/bins); only a difference beyond this deviation is added.
+V_strokes has one group for each stroke, V_bins one for each bin, and V_both one for each pair of
+stroke and bin. X contains the regressors of all rows. psi = (X^T X)^-1 x r is the influence of a
+row x with the residual r on the parameters. If the model is complete, V_bins and V_both are equal
+on average. V_bins then has a relative standard deviation of sqrt(2/bins); the part of V_bins -
+V_both within this deviation is not added.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from frictool.typing import IntVector, Matrix, Vector
 def shared_variance(
     columns: Matrix, residual: Vector, stroke: IntVector, groups: Sequence[IntVector]
 ) -> Vector:
-    """Return the variance (p,) of the parameters that grouping rows by strokes alone omits.
+    """Return the variance (p,) of the parameters that a grouping by strokes alone does not show.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def shared_variance(
     stroke
         Number (n,) of the stroke of each row.
     groups
-        Additional groupings; each is the group number (n,) of every row, from 0.
+        Additional groupings, each as the group number (n,) of every row, from 0.
 
     Returns
     -------
@@ -63,6 +64,6 @@ def _squares(influence: Matrix, group: IntVector) -> Vector:
 
 
 def equal_bins(values: Vector, count: int) -> IntVector:
-    """Return the bin number (n,) of each value; `count` bins have equally many values."""
+    """Return the bin number (n,) of each value, for `count` bins with equally many values."""
     edges = np.quantile(values, np.arange(1, count) / count)
     return np.searchsorted(edges, values).astype(np.int64)

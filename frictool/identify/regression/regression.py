@@ -1,9 +1,9 @@
 """Linear least squares by QR, with confidence intervals of the parameters.
 
 The intervals allow for residuals that are correlated within clusters of rows. Filtered and
-quantised signals cause such residuals: they are correlated over a smoothing window and over a
-stroke, and the usual covariance is too small by orders of magnitude. Here the covariance comes from
-a jackknife that leaves out one cluster (usually a stroke) at a time: CR3 of Bell and McCaffrey
+quantised signals cause residuals that are correlated over a smoothing window and over a stroke. The
+usual covariance is then too small by orders of magnitude. Here the covariance comes from a
+jackknife that leaves out one cluster (usually a stroke) at a time: CR3 of Bell and McCaffrey
 (2002). Student's quantile has the effective degrees of freedom of each parameter.
 """
 
@@ -50,7 +50,7 @@ def solve(
 ) -> LeastSquaresSolution:
     """Return the weighted least-squares solution, with standard deviations by a jackknife.
 
-    Its `value` minimises sum (weight (target - regressors @ value))^2 over n rows.
+    The field `value` minimises sum (weight (target - regressors @ value))^2 over n rows.
 
     - regressors: (n, p)
     - target, weight, cluster: target, weight and cluster number of each row, (n,)

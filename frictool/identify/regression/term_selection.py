@@ -1,10 +1,11 @@
 """Selection of parameters by the prediction of strokes that the fit did not use.
 
 Each half of the strokes is predicted by a fit to the other half. A sliding parameter is dropped if
-its interval contains 0 and the prediction error is not larger without it. The dropped parameter has
-the value 0 but keeps its interval, since the data do not show that it is exactly 0. The other
-parameters are then fitted again. Load terms are never dropped: the bench declares them, or a search
-has shown that they improve the prediction (`explanation_search`, `structure_selection`).
+its interval contains 0 and the prediction error does not increase without the parameter. The
+dropped parameter has the value 0 but keeps its interval, since the data do not show that it is
+exactly 0. The other parameters are then fitted again. Load terms are never dropped: the bench
+declares them, or a search has shown that they improve the prediction (`explanation_search`,
+`structure_selection`).
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ def needless(
 ) -> list[int]:
     """Return the columns of `candidates` that do not improve the prediction.
 
-    The columns are removed one at a time, beginning with the least significant one.
+    The columns are removed one at a time, beginning with the least significant column.
 
     - plain, weighted: as in `held_out_squares`
     - stroke: number of the stroke to which each group belongs, (g,)

@@ -2,7 +2,7 @@
 
 Each group of successive rows is reduced to a triangular matrix R with R^T R = rows^T rows. R
 contains all information for least squares with full precision. Stacked matrices R are reduced again
-by QR, as if they were rows. To leave out a group of rows, its R is left out.
+by QR, as if they were rows. To leave out a group of rows, the R of this group is left out.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def triangles(columns: tuple[Vector, ...], weight: Vector, starts: IntVector) ->
 
 
 def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
-    """Yield for each piece of at most PIECE rows its first group, and the bounds of its groups."""
+    """Yield the first group and the bounds of the groups, for each piece of at most PIECE rows."""
     run = 0
     row = int(starts[0])
     while run < starts.size - 1:

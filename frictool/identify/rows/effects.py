@@ -7,8 +7,8 @@ parameters do not absorb the effect. The model document contains the fitted effe
 temperature, but no other effect. In the table, x is the position, v the velocity, a the
 acceleration, s the direction of the motion, u the effort, t the time, and h the temperature minus
 the reference temperature. P_k are Legendre polynomials over the log's time or the record's travel.
-Their means over the samples used are subtracted, so that the sliding parameters are means over
-these samples.
+The mean of each P_k over the samples used is subtracted, so that the sliding parameters are means
+over these samples.
 
     drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
     warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
@@ -72,7 +72,7 @@ SLOW_SHARES, WIDE_SHARES = ((0.05, 0.1, 0.2), (0.2, 0.4))
 
 @dataclass(frozen=True)
 class SmoothedMotion:
-    """Smoothed signals (n,) of a record in SI units; they are NaN at the ends of the record.
+    """Smoothed signals (n,) of a record in SI units, with NaN at the ends of the record.
 
     - window: length of the smoothing window, samples
     - sign: direction of the stroke, +1, -1, or 0 without motion
@@ -108,12 +108,13 @@ class Hypothesis:
     - term: load term, as in `load_terms.TERMS`, or name in `load.terms` of the bench
     - names: parameters, one for each column of the regression
     - what: physical name, as text
-    - settle: text that names a test, or a change of the bench, which shows whether the effect acts
+    - settle: text that names a test or a change of bench.yaml that would show whether the effect
+      acts
     - is_load: True if the effect is a load in the model document
     - needs_position: True if the columns depend on the absolute position
     - differentiates: True if the columns are derivatives of the smoothed position
-    - needs_temperature: True if the columns depend on the temperature; the model document then has
-      a law of the effect
+    - needs_temperature: True if the columns depend on the temperature. The model document then
+      contains a law of the effect.
     - only_widens: True if the hypothesis widens intervals, but is not reported as an explanation of
       the effort, because more specific hypotheses explain the same effort
     """
@@ -133,8 +134,8 @@ class Hypothesis:
 class Effect(Hypothesis):
     """Hypothesis of an effect that disturbs the fit.
 
-    - columns: function of the smoothed motion that returns the columns, (n,) each, in the order
-      of `names`; the column of the last name may be missing
+    - columns: function of the smoothed motion that returns the columns, each (n,), in the order of
+      `names`; the column of the last name may be missing
     """
 
     columns: Callable[[SmoothedMotion], tuple[Vector, ...]] = field(kw_only=True)
@@ -153,7 +154,7 @@ def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
     """Return the columns for changes of friction per kelvin at the reference temperature.
 
     With I = (exp(p) - 1)/p, a friction F exp(p) with p = r h + k h^2 equals F + F r h I + F k h^2
-    I. The column of k is left out if the curvature k of the record is 0.
+    I. If the curvature k of the record is 0, the column of k is left out.
     """
     warm = motion.record.temperature
     if warm is None:

@@ -1,12 +1,12 @@
 """Regressors of loads (`load_terms`), smoothed in the same way as the position.
 
-    viscous_backward             viscous friction backward minus forward
+    viscous_backward             (v - |v|)/2, for the difference backward minus forward
     stiffness                    x
     gravity_sine, _cosine        sin x, cos x
     ripple_sine, _cosine         sin n x, cos n x
 
-x is the position, and n the wave number of the ripple. The columns of declared effects (`effects`)
-come after these.
+x is the position, v the velocity, and n the wave number of the ripple. The columns of declared effects (`effects`)
+follow.
 
 A harmonic needs sufficient travel: over a short distance its sine cannot be separated from a
 spring, and its cosine from an offset.

@@ -99,7 +99,7 @@ def start_of(name: str, known: Mapping[str, float]) -> float:
     """Return the start value of a parameter in a search, SI.
 
     The value is `known[name]`. If a parameter of backward motion is not in `known`, the value of
-    forward motion is used instead. If this is missing, too, the start value is 0.
+    forward motion is used instead. If that value is missing, too, the start value is 0.
     """
     return known.get(name, known.get(name.removesuffix("_backward"), 0.0))
 
@@ -107,8 +107,8 @@ def start_of(name: str, known: Mapping[str, float]) -> float:
 def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
     """Return the scale of a parameter in a search, SI; `travel` is in rad | m.
 
-    A change of the parameter by its scale has about as large an effect as Coulomb or viscous
-    friction.
+    A change of the parameter by this scale changes the effort about as much as Coulomb or viscous
+    friction does.
     """
     if name == "stiffness":
         return known["coulomb"] / travel
@@ -231,7 +231,7 @@ def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
 
 
 def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
-    """Return the bench with the load terms `terms`, or unchanged if it declares load terms.
+    """Return the bench with the load terms `terms`; a bench that declares load terms is unchanged.
 
     A regression and a simulation with the same terms have comparable parameters. With different
     terms, their offsets differ. For example, a single viscous coefficient shifts the offset if

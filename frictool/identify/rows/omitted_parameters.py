@@ -1,10 +1,10 @@
 """Widening of intervals by parameters of the machine that a regression does not fit.
 
-A fixed parameter is not fitted, but has a given value, for example that in `bench.yaml` or that of
-another fit. Its interval widens the intervals of the fitted parameters.
+A fixed parameter is not fitted, but has a known value, for example the value in `bench.yaml` or
+from another fit. The interval of a fixed parameter widens the intervals of the fitted parameters.
 
 A hidden load is a declared load that the motion cannot separate from the other parameters, because
-the travel is too short (`load_columns.indistinct_terms`). Its value in the model is 0, and its
+the travel is too short (`load_columns.indistinct_terms`). In the model, a hidden load is 0, and its
 possible effect widens the intervals of the fitted parameters. If the bench has the key `load.most`,
 the effort of the load is at most this value. Without this key, the intervals are as wide as in a
 fit that includes the load.
@@ -30,7 +30,7 @@ DIRECTIONS = 90  # number of phases of a harmonic that are tried, over half a tu
 
 
 class OmittedParameters:
-    """Half widths that the omitted parameters of a regression add to its intervals.
+    """Half widths that omitted parameters add to the intervals of the fitted parameters.
 
     - names: names of the columns of `weighted`
     - weighted: triangular matrices (g, q, q) of g groups of successive rows

@@ -1,4 +1,4 @@
-"""Test whether the encoder is too coarse to identify the inertia by a differentiating filter.
+"""Test whether the encoder is too coarse to identify the inertia with a differentiating filter.
 
 The test is thesis (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of
 the second difference. Quantisation changes the acceleration a by at most D_a = step/2 sum|h|, which
@@ -23,7 +23,7 @@ from frictool.typing import Vector
 def unresolved_inertia(
     record: MotionRecord, bench: Bench, response: Vector, acceleration: Vector, smoothing: str
 ) -> str | None:
-    """Return why the encoder is too coarse to identify the inertia, or None if it is not.
+    """Return why the encoder is too coarse to identify the inertia; None if it is fine enough.
 
     - response: impulse response from the position (1/s^2) or the measured velocity (1/s) to the
       acceleration
@@ -59,10 +59,9 @@ def refuse_hidden_inertia(
     acceleration: Vector,
     smoothing: str,
 ) -> SlidingFit:
-    """Return the fit without the inertia if the encoder is too coarse to identify it.
+    """Return the fit, without the inertia if the encoder is too coarse to identify the inertia.
 
-    The field `refused` then has the reason by `unresolved_inertia`. Otherwise the fit is returned
-    unchanged.
+    The field `refused` then contains the reason from `unresolved_inertia`.
     """
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
     if reason is None or "inertia" not in fit.parameters:

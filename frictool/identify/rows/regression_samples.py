@@ -50,8 +50,8 @@ class RegressionSamples:
     - stroke: ascending number of the stroke, (n,)
     - sign: direction s, filtered like the other signals, (n,)
     - counts: distance between successive rows, in encoder counts, (n,)
-    - known_offset: offset of the bench, N m | N, or None. If it is None, motion in one direction
-      does not determine Coulomb friction.
+    - known_offset: offset of the bench, N m | N, or None. Without this offset, motion in one
+      direction does not determine Coulomb friction.
     - loads: column (n,) of each parameter of the declared loads, without the offset
     - terms, most: `load.terms` and `load.most` of the bench
     - fixed: parameters whose effort was subtracted from `effort` (`with_fixed`)
@@ -71,7 +71,7 @@ class RegressionSamples:
 
     @property
     def split_coulomb(self) -> bool:
-        """Return True if Coulomb friction differs by direction; in this case there is no offset."""
+        """Return True if Coulomb friction differs by direction; there is then no offset to fit."""
         return self.terms is not None and "coulomb_by_direction" in self.terms
 
     @property
@@ -145,12 +145,13 @@ def fit(
     Residuals are assumed to be correlated over `window` rows. `details` are added to the result.
 
     - Parameters in `droppable` that do not improve the prediction (`term_selection`) are dropped:
-      they are set to 0, and the others are fitted again. The intervals of the others allow for
-      every value in the interval of a dropped parameter.
-    - A load is reported as not identified if the travel is too short to separate it from other
-      terms. Its possible effect widens the other intervals (`omitted_parameters`).
-    - If the motion has one direction only, the offset is reported as not identified, and also
-      Coulomb friction if the bench states no offset.
+      these parameters are set to 0, and the others are fitted again. The intervals of the others
+      allow for every value in the interval of a dropped parameter.
+    - A load is reported as not identified if the travel is too short to separate the load from
+      other terms. The possible effect of this load widens the other intervals
+      (`omitted_parameters`).
+    - If the motion has one direction only, the offset is reported as not identified. If, in
+      addition, the bench states no offset, Coulomb friction is also reported as not identified.
 
     Raises UnusableLogs if there are too few rows, or if the regressors are dependent.
     """
@@ -251,8 +252,8 @@ def _without(
 def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
     """Return the Coulomb friction, which is `summed` minus `sign` times `offset`.
 
-    `summed` is the friction in one direction of motion, `sign` = +-1, and includes the offset. The
-    interval of the result includes each offset in the interval `offset`.
+    `summed` is Coulomb friction plus `sign` times offset, fitted to motion in one direction, `sign`
+    = +-1. The interval of the result includes each offset in the interval `offset`.
     """
     value = summed.value - sign * offset.value
     half = summed.half_width

@@ -1,12 +1,13 @@
 """Fits of the smoothed samples at which the axis certainly slips, with any weights.
 
 An inertia that cannot be identified remains in the regression. Over whole strokes, acceleration is
-nearly orthogonal to velocity and its sign, so that the inertia hardly widens the other intervals.
+nearly orthogonal to the velocity and to the sign of the velocity, so that the inertia hardly widens
+the other intervals.
 
 Noise makes the fitted inertia too small. If all strokes have one speed, only the samples near
-reversals separate viscous from Coulomb friction, and the error of the inertia shifts both. The
-intervals of the other parameters therefore include the fits with every inertia from the fitted
-value to the value without this error (`_unattenuated`).
+reversals separate viscous from Coulomb friction. The error of the inertia then shifts viscous and
+Coulomb friction. The intervals of the other parameters therefore include the fits with every
+inertia from the fitted value to the value without this error (`_unattenuated`).
 
 The smoothing window is chosen twice. The first window is so long that noise hardly changes the
 inertia. The second is the shortest window with which noise decreases the fitted inertia by less
@@ -80,7 +81,7 @@ def slipping_fit(
 ) -> SlidingFit:
     """Return the fit, by the function `fitting`, of the samples at which the axis certainly slips.
 
-    The inertia is reported as not identified if the encoder is too coarse for it. Raises
+    If the encoder is too coarse for the inertia, the inertia is reported as not identified. Raises
     UnusableLogs if the axis never slips for a whole smoothing window.
     """
     samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
@@ -129,7 +130,7 @@ def slipping_fit(
 def _unattenuated(
     result: SlidingFit, samples: RegressionSamples, noise: float, bench: Bench
 ) -> Interval:
-    """Return the fitted inertia; the interval includes its value in a fit without noise.
+    """Return the fitted inertia, with an interval that includes the inertia of a fit without noise.
 
     Noise with the rms `noise` multiplies the inertia by 1 - noise^2/s^2, where s is the rms of the
     acceleration that the other regressors do not explain. The upper end is at most the larger of
@@ -159,10 +160,10 @@ def _own_acceleration(samples: RegressionSamples) -> float:
 
 
 def _own_share(samples: RegressionSamples) -> float:
-    """Return the share of the rms acceleration that the other regressors do not explain.
+    """Return the fraction of the rms acceleration that the other regressors do not explain.
 
-    The share is 1 if no declared load depends on the position. A load that depends on the position
-    may explain a part of the inertial effort, because the position has less noise than the
+    The fraction is 1 if no declared load depends on the position. A load that depends on the
+    position may explain a part of the inertial effort, because the position has less noise than the
     acceleration.
     """
     if not any(name in samples.loads for term in (SPRING, *HARMONICS) for name in TERMS[term]):
@@ -171,7 +172,7 @@ def _own_share(samples: RegressionSamples) -> float:
 
 
 def known_inertia(bench: Bench) -> Interval:
-    """Return the inertia in bench.yaml; an unknown interval is taken as 0 to twice the value."""
+    """Return the inertia in bench.yaml; a missing interval is taken as 0 to twice the value."""
     known = bench.mechanics.inertia
     return Interval(
         known.value, *(known.interval if known.low is not None else (0.0, 2.0 * known.value))
@@ -181,8 +182,8 @@ def known_inertia(bench: Bench) -> Interval:
 def _bearable_share(result: SlidingFit, confidence: float) -> float:
     """Return the largest allowed ratio of noise to acceleration.
 
-    With this ratio, noise decreases the inertia by BIAS_SHARE of its standard deviation. The ratio
-    is at most LARGEST_SHARE.
+    With this ratio, noise decreases the inertia by BIAS_SHARE times the standard deviation of the
+    inertia. The ratio is at most LARGEST_SHARE.
     """
     inertia = result.parameters.get("inertia")
     if inertia is None or inertia.value <= 0.0:
@@ -224,8 +225,8 @@ def slipping(
 ) -> tuple[RegressionSamples, int]:
     """Return the samples at which the axis certainly slips, and the longest smoothing window used.
 
-    - share: allowed share of noise in the acceleration, which determines each record's window
-    - window: smoothing window for all records, samples; None to choose it
+    - share: allowed ratio of noise to acceleration, from which the window of each record follows
+    - window: smoothing window for all records, samples; None to choose the window
 
     Raises UnusableLogs if the axis never slips for a whole smoothing window.
     """

@@ -1,7 +1,7 @@
 """Mask of the samples at which the axis certainly slips in one direction with the load attached.
 
-The mask is thesis (4.18) with a threshold derived from the encoder and the motion. A sample is used
-if all samples in its smoothing window
+The mask follows thesis (4.18), with a threshold derived from the encoder and the motion. A sample
+is used if all samples in its smoothing window
 
 - are in one stroke without gaps;
 - are farther from the beginning of the stroke than the backlash;

@@ -10,14 +10,14 @@ position, v the velocity, u the effort, and T the sample period.
 
 - c * x: acceleration by the Savitzky-Golay filter
 - dx: central difference (x[k+1] - x[k-1])/(2 T)
-- u_: mean effort over the time of the second difference (`effort_weights`): (u[k-1] + u[k])/2 for a
-  held effort, about (u[k-1] + 4 u[k] + u[k+1])/6 for an effort behind a long lag
+- u_: mean effort over the time of the second difference (`effort_weights`). For a held effort, this
+  mean is (u[k-1] + u[k])/2; for an effort behind a long lag, about (u[k-1] + 4 u[k] + u[k+1])/6.
 
 The window W is the smallest odd number of samples with which the noise of the position causes at
-most a share s of the rms acceleration. W is between 11 samples and a sixth of the median stroke.
-The noise of the position is the larger of the quantisation noise, step/sqrt(12), and an estimate
-from fourth differences. This noise decreases the fitted inertia by the fraction s^2; `slip_fit`
-chooses s.
+most the fraction s of the rms acceleration. W is between 11 samples and a sixth of the median
+stroke. The noise of the position is the larger of the quantisation noise, step/sqrt(12), and an
+estimate from fourth differences. This noise decreases the fitted inertia by the fraction s^2;
+`slip_fit` chooses s.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def bump(window: int, period: float) -> Vector:
 
 @kernel
 def fourth_difference_power(position: Vector) -> float:
-    """Return the mean square of the fourth differences of a position (n,), 0 for n < 5."""
+    """Return the mean square of the fourth differences of a position (n,); 0 if n < 5."""
     total = 0.0
     count = position.shape[0] - 4
     for k in range(count):

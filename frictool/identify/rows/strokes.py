@@ -22,8 +22,8 @@ SHARE_OF_RANGE = 1e-3
 def turning_points(position: Vector, threshold: float, points: NDArray[np.int64]) -> int:
     """Write the indices of the reversals of `position` (n,) into `points`; return their number.
 
-    A reversal counts if the position afterwards returns by more than `threshold`. The first and
-    last sample are not reversals.
+    A reversal counts if the position then moves back by more than `threshold`. The first and last
+    sample are not reversals.
     """
     count, direction, extreme = 0, 0, 0
     lowest, highest = 0, 0

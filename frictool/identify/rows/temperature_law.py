@@ -1,8 +1,8 @@
 """Friction over temperature from the fitted effect `temperature`.
 
-The regression gives the slope c of a friction F over temperature, at the reference temperature; the
-model document has the relative slope c/F. The interval of c/F includes the uncertainty of F: with
-the half widths c_h of c and F_h of F, the half width of c/F is sqrt(c_h^2 + (c F_h/F)^2)/F.
+The regression gives the slope c of a friction F over temperature, at the reference temperature. The
+model document contains the relative slope c/F. The interval of c/F includes the uncertainty of F:
+with the half widths c_h of c and F_h of F, the half width of c/F is sqrt(c_h^2 + (c F_h/F)^2)/F.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> Sl
 def with_reference(laws: Laws | None, records: Sequence[MotionRecord]) -> Laws | None:
     """Return the laws with the reference temperature of the records.
 
-    Laws are returned unchanged if they have a temperature, or if a record has none.
+    The laws are returned unchanged if they have a temperature, or if a record has no temperature.
     """
     law = temperatures(records)
     if law is None or (laws is not None and laws.temperature is not None):

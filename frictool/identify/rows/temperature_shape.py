@@ -40,7 +40,7 @@ def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
     """Return the records with a common reference temperature and with exponents of their friction.
 
     The exponents describe friction over temperature, and are set only if the temperature varies
-    enough. Records are returned unchanged unless all have a temperature.
+    enough. If a record has no temperature, all records are returned unchanged.
     """
     measured = [one.temperature for one in records if one.temperature is not None]
     if not measured or len(measured) < len(records):
@@ -71,7 +71,8 @@ def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
 def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, float]:
     """Return the exponents r [1/K], q [1/K] and k [1/K^2] of friction over temperature.
 
-    r and k belong to viscous friction, q to Coulomb friction. All are 0 if the axis never slips.
+    r and k belong to viscous friction, q to Coulomb friction. All exponents are 0 if the axis never
+    slips.
     """
     alone = msgspec.structs.replace(bench, load=LoadTerms(("offset", TEMPERATURE)))
     try:

@@ -26,7 +26,7 @@ DASHES = (0, (4, 2))
 
 
 def validation_panels(validation: Validation) -> list[FigurePanel]:
-    """Return the panels of a validation; an effort panel exists only for a closed loop."""
+    """Return the panels of a validation; only a closed loop has a panel of the effort."""
     panels = [_signal(validation, "position"), _position_error(validation)]
     panels += [
         _signal(validation, name) for name in ("velocity", "effort") if _has(validation, name)

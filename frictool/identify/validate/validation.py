@@ -65,8 +65,8 @@ class ValidationRequest:
     cutoff_hz : float
         Cut-off frequency of the low-pass for velocity and acceleration, Hz.
     servo : PositionServo or None
-        Gains from position to effort, for a closed loop along the measured reference. If None, the
-        measured effort drives the model (open loop).
+        Controller from position to effort, for a closed loop along the measured reference. If None,
+        the measured effort drives the model (open loop).
     moving : bool
         True to start the simulation at the measured speed, False to start at rest.
     """
@@ -82,13 +82,14 @@ USUAL = ValidationRequest()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Validation(ResultView):
-    """Measured and simulated signals of a model, and their errors, as JSON and as text.
+    """Measured and simulated signals of an axis, and the errors of the simulation.
 
     - axis: `rotary` or `linear`
     - loop: `open`, `closed` or `servo`
     - skip: number of samples left out at the start of each gap-free part of the log
     - time: time of each sample, (n,), s
-    - measured, simulated: signals (n,) by name, SI units; the force is NaN where it is unknown
+    - measured, simulated: signals (n,) by name, SI units; the force is NaN at samples where it is
+      unknown
     - position_rmse: rms position error, rad | m
     - largest: largest position error, rad | m
     - errors: relative error of each signal, by name; None if undefined
@@ -163,8 +164,8 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
     Raises
     ------
     LogError
-        If the log has no motion, no gap-free part longer than the skipped samples, or no reference
-        for a closed loop, or if the log does not fit the bench of the model.
+        If the log has no motion, if no gap-free part is longer than the skipped samples, if a
+        closed loop has no reference, or if the log does not fit the bench of the model.
     NoSolutionError
         If the simulation fails.
     """
