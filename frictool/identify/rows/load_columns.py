@@ -5,8 +5,8 @@
     gravity_sine, _cosine        sin x, cos x
     ripple_sine, _cosine         sin n x, cos n x
 
-x is the position, v the velocity, and n the wave number of the ripple. The columns of declared effects (`effects`)
-follow.
+x is the position, v the velocity, and n the wave number of the ripple. The columns of declared
+effects (`effects`) follow.
 
 A harmonic needs sufficient travel: over a short distance its sine cannot be separated from a
 spring, and its cosine from an offset.
