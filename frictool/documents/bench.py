@@ -72,7 +72,7 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     - `signed`: True if the counter of `wrap_bits` is signed. This key is needed if the first count
       of the log does not show whether the counter is signed.
     - `index_reset`: True if an index pulse resets the counter. The jumps of the position at the
-      index are then removed, which needs `mechanics.top_speed`.
+      index are then removed. This needs the key `mechanics.top_speed`.
     """
 
     counts_per_revolution: PositiveNumber | None = None
@@ -112,7 +112,8 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 class Winding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Voltage limit of a current drive: |resistance i + constant v| <= voltage.
 
-    i is the current, v the speed; the actuator's `constant` is also its back-EMF constant (SI).
+    i is the current and v is the speed. In SI units, the actuator's `constant` is also the back-EMF
+    constant.
 
     - `resistance_ohm`: Resistance of the winding.
     - `voltage_v`: Supply voltage.
@@ -130,15 +131,15 @@ class Servo(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     written.
 
     - `duty_per_error`: Duty cycle per rad of position error and per unit of the gain.
-    - `gain`: Proportional gain in the firmware's unit. Write this key if no channel `gain` of the
-      log contains the gain.
+    - `gain`: Proportional gain in the firmware's unit. Write this key if the log has no channel
+      `gain`.
     - `duty_limit`: Largest duty cycle.
-    - `goal_speed`: Speed limit of the firmware's profile from the old goal to a new one.
+    - `goal_speed`: Speed limit of the firmware's profile from the old goal to the new goal.
     - `delay`: Time between a change of the logged goal and the response of the logged position,
       such as the delay of the bus.
     - `back_emf`: Back-EMF per speed, such as the supply voltage divided by the no-load speed.
-    - `zero`: Angle of the pendulum's arm from the downward direction at position 0. By default it
-      is estimated, between -0.5 rad and 0.5 rad.
+    - `zero`: Angle of the pendulum's arm from the downward direction at position 0. By default,
+      `identify` estimates this angle between -0.5 rad and 0.5 rad.
     - `loop_period_s`: Sample period of the firmware.
     """
 
@@ -157,7 +158,7 @@ class Pendulum(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     - `mass`: Point mass at the end of the arm.
     - `length`: Length of the arm.
-    - `arm_mass`: Mass of the uniform arm. By default 0.
+    - `arm_mass`: Mass of the uniform arm. The default is 0.
     """
 
     mass: NonNegativeMass
@@ -168,7 +169,7 @@ class Pendulum(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Actuator of the axis: type of drive, effort per ampere or volt, limit and lag of the drive.
 
-    - `drive`: Signal that drives the actuator: its current or its voltage.
+    - `drive`: Signal that drives the actuator, either its current or its voltage.
     - `constant`: Force or torque per ampere or volt.
     - `limit`: Largest magnitude of the drive.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for a drive without
@@ -176,7 +177,7 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
     - `servo`: Firmware of a smart servo; `limit` is then the nominal supply voltage.
     - `rms_limit`: Largest rms value that the drive may have over a test, such as the continuous
-      current on the nameplate. By default `limit`.
+      current on the nameplate. The default is `limit`.
     """
 
     drive: Literal["current", "voltage"]
@@ -203,9 +204,11 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     ranges.
 
     - `inertia`: Total inertia that the actuator moves.
-    - `breakaway`: Effort at which the axis starts to move. By default 1 to 1.5 times `coulomb`.
-    - `offset`: Constant effort that opposes a positive drive, such as a weight. By default 0.
-    - `backlash`: Full width of the free play between motor and load. By default none.
+    - `breakaway`: Effort at which the axis starts to move. The default is the range from 1 to 1.5
+      times `coulomb`.
+    - `offset`: Constant effort that opposes a positive drive, such as a weight. The default is 0.
+    - `backlash`: Full width of the free play between motor and load. By default, there is no
+      backlash.
     - `backlash_coulomb`: Coulomb friction of the motor alone, inside the backlash.
     - `travel`: Positions that the axis can reach.
     - `top_speed`: Largest speed of the axis.
@@ -230,7 +233,7 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     - `column`: Name of the column, or its number from 1. In a recording, the name consists of topic
       and field, such as `/joint_states.position[arm]`.
-    - `unit`: Unit of the channel, which is scale * number in the file + offset; `count` for encoder
+    - `unit`: Unit of the value scale * (number in the file) + offset. Write `count` for encoder
       counts.
     - `scale`: Factor by which the number in the file is multiplied.
     - `offset`: Number that is added after the multiplication.
@@ -276,8 +279,8 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Format properties of a raw file that its content does not show reliably.
 
-    Lines count from 1; 0 means that the file has no such line. Properties without a key are
-    detected from the file.
+    Lines are numbered from 1; the number 0 means that the file has no such line. If a key is
+    absent, the property is detected from the file.
 
     - `encoding`: Encoding of the text.
     - `delimiter`: Character between two columns.
@@ -291,8 +294,8 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `period_s`: Time between two rows. Write this key if no column contains the time.
     - `start_s`: Time of the first row; needs `period_s`.
     - `whole`: True if the last line is complete although it has no line end.
-    - `dbc`: File that defines the signals of a CAN log, in the folder of the log. By default the
-      `.dbc` file with the name of the log.
+    - `dbc`: File that defines the signals of a CAN log, in the folder of the log. The default is
+      the `.dbc` file with the name of the log.
     - `clock`: Source of the times of a recording: `log time`, or the path of a time stamp in its
       messages, such as `header.stamp`.
     """
@@ -337,7 +340,7 @@ class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
 
 class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Additional instrument at the rig with separate log files, recognised by their names.
+    """Additional instrument at the rig, whose log files are recognised by their names.
 
     If `layout` or `sample_period_s` is absent, the value of this key at the top level of bench.yaml
     applies. The top-level `quadrature` does not apply to these files.
@@ -345,9 +348,10 @@ class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `files`: Pattern of the file names, such as `"*MR*.csv"`.
     - `columns`: Column of each channel.
     - `layout`: Layout of these files.
-    - `quadrature`: Encoder channels to decode, by the name of the new column.
+    - `quadrature`: Pairs of encoder channels to decode. Each key is the name of the new column with
+      the counts.
     - `clock_offset`: Time by which the instrument's clock is ahead of the clock of the log's first
-      file. It is subtracted from the instrument's times.
+      file. This time is subtracted from the instrument's times.
     - `clock_estimate`: Settings with which the clock offset is estimated from the data.
     """
 
@@ -370,7 +374,8 @@ class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     `export --lang c` compiles the code for `core` and reports an error if the code exceeds the
     budget.
 
-    - `core`: `cortex-m4f` has a floating-point unit, `cortex-m4` has none.
+    - `core`: Core of the processor. `cortex-m4f` has a floating-point unit; `cortex-m4` has no
+      floating-point unit.
     - `instructions`: Largest number of instructions per sample.
     - `code_bytes`: Largest number of bytes of code and constants, without library functions.
     - `state_bytes`: Largest number of bytes of the state of one axis.
@@ -390,7 +395,7 @@ class Bench(
     - `encoder`: Position sensor.
     - `actuator`: Actuator and its drive.
     - `mechanics`: Values of the mechanics that are known in advance.
-    - `columns`: Column of a log file that contains each channel.
+    - `columns`: For each channel, the column of the log file that contains it.
     - `layout`: Layout of the log files, if it cannot be detected.
     - `quadrature`: Pairs of encoder channels to decode. Each key is the name of the new column with
       the counts.

@@ -45,7 +45,8 @@ class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     """Weight that equals gain (s/zero + 1)/(s/pole + 1), discretised by Tustin's rule.
 
     - `gain`: Gain at frequency 0.
-    - `zero`, `pole`: Angular frequency [rad/s]. By default infinite.
+    - `zero`, `pole`: Angular frequency of the zero and of the pole [rad/s]. The default is
+      infinity.
     """
 
     gain: Amplitude
@@ -112,7 +113,7 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     @property
     def modulus_margin(self) -> float | None:
-        """Return the modulus margin that follows from a sensitivity bound; None for a norm."""
+        """Return the modulus margin that follows from a bound of the sensitivity; else None."""
         return 1.0 / self.below if self.of == "sensitivity" else None
 
 
@@ -161,7 +162,7 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` are valid [N m | N].
     - `speed`: Largest speed [rad/s | m/s] at the target from which the axis stops inside the rest
       band while the drive is off. It is 0 for a limiter with condition `energy`.
-    - `stop_time_s`: Longest time in which an axis stops that moves at `speed`.
+    - `stop_time_s`: Longest time that an axis with the speed `speed` takes to stop.
     - `checks`: Hypotheses of the proof, each with its value and limit.
     """
 
@@ -194,7 +195,7 @@ class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `box`: Intervals of the parameters.
     - `weights`: Weights of the norm.
     - `bounds`: Bounds that are proved.
-    - `not_proved`: Name of each bound without a proof, and the reason.
+    - `not_proved`: For each bound that could not be proved, the reason.
     - `rest`: Proof that the axis comes to rest; absent if the controller has no rest band (position
       error below which it switches the drive off).
     - `cycle`: Limit cycle that a simulation shows for a controller without a rest band; absent if

@@ -28,8 +28,8 @@ class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
       for `duration_s`. `sine`: it is `effort` sin(2 pi frequency_hz (t - at_s) + phase_deg), for
       `duration_s` or until the end.
     - `effort`: Level of the effort, or amplitude of the sine.
-    - `on`: Block of a mechanism on which the effort acts. By default the block that the controlled
-      source drives.
+    - `on`: Block of a mechanism on which the effort acts. The default is the block that the
+      controlled source drives.
     """
 
     kind: Literal["step", "pulse", "sine"]
@@ -106,7 +106,7 @@ def check_fault(kind: str, counts: object, offset: object, gain_error: object) -
 
 
 class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Drift factor at one time.
+    """Factor on a parameter at one time.
 
     The factor is linear between points, and constant before the first and after the last point.
 
@@ -118,7 +118,7 @@ class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Factors by which plant parameters change over time, for wear and warming.
+    """Factors by which plant parameters change over time, for example because of wear.
 
     - `friction`: Factor on all dry friction: Coulomb friction, breakaway, and the friction inside
       the backlash.
@@ -161,7 +161,7 @@ class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
       NaN, as after a lost telegram. `drive_offset`, `drive_gain`: the drive's sensor shows (1 +
       gain_error) drive + offset. A current drive feeds this value back, so that the true current
       changes. In a voltage drive, only the logged value is wrong.
-    - `until_s`: End of the fault. By default the end of the scenario.
+    - `until_s`: End of the fault. The default is the end of the scenario.
     - `counts`: Number of lost counts; negative if the reading is too high.
     - `offset`: Offset of the drive's sensor.
     - `gain_error`: Gain error of the drive's sensor.

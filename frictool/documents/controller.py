@@ -75,10 +75,10 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
       `anti_windup`, or the second-order sections `sos` with `sos_anti_windup`. Sections run in
       transposed direct form II.
     - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of `sos`.
-    - `conditional`: True for conditional integration: an integrator state keeps its value while its
-      input would push a limited drive further beyond its limit, and while the position law switches
-      the drive off. If it is false, the position law sets the state to 0 when it switches the drive
-      off.
+    - `conditional`: True for conditional integration. An integrator state then keeps its value in
+      two cases: the drive is limited and the integrator would increase the excess, or the position
+      law switches the drive off. If the key is false, the position law sets the state to 0 when it
+      switches the drive off.
     """
 
     discrete: StateSpace
@@ -157,7 +157,8 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
       an observer that uses position and drive.
     - `order`: Order of the low-pass filter; order 1 is bandwidth/(s + bandwidth).
     - `bandwidth_rad_s`: Bandwidth of the low-pass filter; 0 for unfiltered differences.
-    - `observer`: Observer as in observer.yaml; `observe loop` writes it.
+    - `observer`: Observer with the keys of observer.yaml. The command `observe loop` writes this
+      key.
     """
 
     # order 2 is (5.70)
@@ -187,8 +188,8 @@ class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     - `virtual_coulomb`: Largest braking effort [N m | N] while the drive is otherwise off. The
       effort is -virtual_coulomb tanh(v/virtual_speed).
     - `virtual_speed`: Speed scale of the braking effort [rad/s | m/s].
-    - `settled_speed`: Speed [rad/s | m/s]. The drive is switched off only when the prefilter moves
-      more slowly.
+    - `settled_speed`: Speed of the prefilter [rad/s | m/s] below which the drive may be switched
+      off.
     """
 
     # 5.2.2: (5.7), (5.40), (5.41); error is the usual cut-off that 5.2.1 argues against
@@ -229,7 +230,7 @@ class FrictionCompensation(
     - `forward`: Coulomb friction at each position, minus the mean Coulomb friction, in the positive
       direction [N m | N].
     - `backward`: Coulomb friction at each position, minus the mean Coulomb friction, in the
-      negative direction [N m | N]. By default `forward`.
+      negative direction [N m | N]. The default is `forward`.
     - `observer_rad_s`: Bandwidth of the observer.
     - `inertia`: Inertia of the observer [kg m^2 | kg].
     - `gain`: Fraction of the friction effort that is added to the drive.
@@ -354,7 +355,7 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `name`: Name of the vertex.
     - `norm`: Norm from the weighted inputs to the weighted outputs, in the time domain of the
-      synthesis.
+      synthesis (continuous or discrete).
     - `sampled_norm`: The same norm of the sampled loop.
     - `modulus_margin`: Modulus margin of the sampled loop.
     - `stable`: True if the sampled loop is stable.
@@ -376,7 +377,7 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Worst margins of the sampled loops at all vertices, with the delay in bench.yaml.
 
-    A margin without a key is unlimited.
+    If the key of a margin is absent, the margin is unlimited.
 
     - `small_gain`: Largest norm from the friction, scaled to [-1, 1], to the speed [rad/s | m/s].
     - `gain_increase`, `gain_decrease`: Largest and smallest admissible factor on the loop gain.
@@ -400,8 +401,8 @@ class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     `parameter_dependent` and `common` apply to interpolations of the vertices' sampled models.
 
     - `interior_points`: Number of plants at which the norm was computed.
-    - `interior`: Largest norm at these plants and in a local search from the worst vertex; a lower
-      bound of the true maximum.
+    - `interior`: Largest norm at these plants and in a local search from the worst vertex. This is
+      a lower bound of the true maximum.
     - `structured`: Upper bound for constant parameters, from D-G scalings; only files of older
       versions have this key.
     - `parameter_dependent`: Upper bound for constant parameters, from a Lyapunov matrix that
@@ -433,13 +434,13 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     """Verified properties of the loop; `frictool verify` computes them again.
 
     - `gamma_asked`: Bound of the norm that the synthesis method claims for the plants of the
-      design; null if it claims none.
+      design; null if the method claims no bound.
     - `gamma_verified`: Largest norm of the sampled loop at all vertices, computed from the stored
       coefficients.
     - `modulus_margin_specified`: Modulus margin that the specification requires.
-    - `vertices`: Properties at each vertex.
+    - `vertices`: Properties of the loop at each vertex.
     - `count_drive`: Largest drive in response to one encoder count [A | V].
-    - `rounded`: Properties with rounded coefficients.
+    - `rounded`: Properties of the loop with rounded coefficients.
     - `margins`: Worst margins of all vertices.
     - `robustness`: Largest norm for plants inside the intervals of the parameters.
     - `digests`: SHA-256 of each block at verification, by the block's name. Without digests
@@ -470,8 +471,8 @@ class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     centres of their intervals.
 
     - `discrete`: Matrices of the controller at this corner.
-    - `anti_windup`: Anti-windup gains at this corner. The target interpolates them between the
-      corners, as it does the matrices.
+    - `anti_windup`: Anti-windup gains at this corner. Between the corners, the target interpolates
+      the gains and the matrices.
     """
 
     inertia: float

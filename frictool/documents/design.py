@@ -42,7 +42,7 @@ class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     `discrete`.
 
     - `decay_rad_s`: Smallest decay rate of the poles (continuous time).
-    - `centre`: Centre of the disc on the real axis.
+    - `centre`: Centre of the disc, which lies on the real axis.
     - `radius`: Radius of the disc.
     """
 
@@ -93,21 +93,21 @@ class Design(
     - `domain`: `discrete`: the controller is designed at the sample period of bench.yaml, with its
       computational delay. `continuous`: it is designed in continuous time and discretised by
       Tustin's rule.
-    - `prewarp_rad_s`: Frequency at which the discretisation of domain `continuous` is exact. By
-      default 0.
+    - `prewarp_rad_s`: Frequency at which the discretisation of domain `continuous` is exact. The
+      default is 0.
     - `schedule`: Parameters that span the polytope; `regime` is the speed regime (`laws.regimes` of
-      the model). By default, this is only `regime` for a method with an uncertainty channel, and
-      all parameters except `regime` for other methods. Parameters that are not listed are at the
+      the model). The default is only `regime` for a method with an uncertainty channel, and all
+      parameters except `regime` for other methods. Parameters that are not listed are at the
       centres of their intervals, or belong to the uncertainty channel.
     - `vertices`: How the plants at the vertices are computed. `exact`: without approximation.
       `inertia`: linearised in the inertia. `first_order`: linearised in all parameters.
     - `frozen_at`: Parameters of the plant for which the controller on the target is computed.
       `centre`: the centres of the intervals. `identified`: the identified values.
-    - `scheduled`: True to store also the controllers at the vertices. A target that knows the
+    - `scheduled`: True to store the controllers at the vertices, too. A target that knows the
       parameters at run time can then interpolate between them.
     - `grid`: Settings of a synthesis whose inequalities are imposed on a grid of parameters.
     - `channel_effort`: Effort [N m | N] that corresponds to the signal 1 in the uncertainty
-      channel. By default half the width of the Coulomb friction interval.
+      channel. The default is half the width of the Coulomb friction interval.
     - `poles`: Region in which the closed loop's poles must lie.
     - `order`: Order of the controller. A method that solves matrix inequalities reduces its
       controller to this order.

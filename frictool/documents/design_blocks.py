@@ -39,7 +39,7 @@ class PositionLawDesign(
     - `formula`: Gain of the square-root law, with the model's Coulomb friction F and inertia J.
       `sqrt(F/J)` is lower by the factor sqrt(2).
     - `gain_per_s`: Gain of the proportional law.
-    - `band`: Half-width of the rest band. By default the encoder's step.
+    - `band`: Half-width of the rest band. The default is the encoder's step.
     - `settled_speed`: Speed of the prefilter or profile below which `cut` and `brake` may act.
     - `rest_speed`: Measured speed below which `brake` switches the drive off.
     - `virtual_coulomb_factor`: Factor by which F is multiplied in the square-root law. A factor
@@ -92,9 +92,9 @@ class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
 
     - `source`: `position`: filtered differences of the encoder position. `measured`: unfiltered
       signal of a speed sensor.
-    - `order`: Order of the low-pass filter; order 1 has half the lag of order 2. By default 2.
-    - `filter_rad_s`: Bandwidth of the low-pass filter; 0 for unfiltered differences. By default 10
-      times the prefilter's frequency.
+    - `order`: Order of the low-pass filter; order 1 has half the lag of order 2. The default is 2.
+    - `filter_rad_s`: Bandwidth of the low-pass filter; 0 for unfiltered differences. The default is
+      10 times the prefilter's frequency.
     """
 
     # order 2 is (5.70), and the default bandwidth stands below it
@@ -121,15 +121,15 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     - `condition`: `energy` switches the drive off if the model's Coulomb friction alone stops the
       motion inside the rest band. `error` switches the drive off if the error is inside the rest
       band; this condition causes limit cycles and is for comparison only.
-    - `band`: Half-width of the rest band. By default the encoder's step, which is also the smallest
-      allowed value.
+    - `band`: Half-width of the rest band. The default is the encoder's step, which is also the
+      smallest allowed value.
     - `settled_speed`: Speed below which the prefilter or profile must be before the drive is
       switched off.
     - `virtual_coulomb`: Largest braking effort while the drive is otherwise off. The effort is
-      -virtual_coulomb tanh(v/virtual_speed). By default 0.
-    - `virtual_speed`: Speed scale of the braking effort. By default 10 virtual_coulomb T/inertia
-      with the sample period T: near rest the brake then reduces the speed with a time constant of
-      10 T.
+      -virtual_coulomb tanh(v/virtual_speed). The default is 0.
+    - `virtual_speed`: Speed scale of the braking effort. The default is 10 virtual_coulomb
+      T/inertia with the sample period T. Near rest, this brake reduces the speed with a time
+      constant of 10 T.
     """
 
     # 5.2.2, (5.7); error is the cut-off that 5.2.1 argues against; the brake is (5.40), (5.41) with
@@ -150,12 +150,13 @@ class FrictionCompensationDesign(
 ):
     """Friction effort that is added to the drive; it is meant as a baseline for comparison.
 
-    - `source`: `model` adds the model's friction: Coulomb friction times tanh(v/smoothing_speed)
-      plus viscous friction times v, or a table against v if the friction has a Stribeck term or
-      knees, or differs by direction. If the model's friction depends on the position, a table
-      against position is added. `observer` adds the disturbance that an observer estimates.
-    - `velocity`: Origin of the speed v: the filtered reference, or the measured speed. By default
-      `measured`.
+    - `source`: `model` adds the model's friction. This friction is Coulomb friction times
+      tanh(v/smoothing_speed) plus viscous friction times v. If the model has a Stribeck term or
+      several speed regimes, or if the directions differ, the friction is a table over v instead. If
+      the friction depends on the position, a table over the position is added. `observer` adds the
+      disturbance that an observer estimates.
+    - `velocity`: Origin of the speed v: the filtered reference, or the measured speed. The default
+      is `measured`.
     - `smoothing_speed`: Speed scale below which the modelled friction decreases to 0. For the
       measured speed, the default is one encoder count per sample.
     - `observer_rad_s`: Bandwidth of the observer.
@@ -193,8 +194,8 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
     With `{}`, all limits are derived from the drive, and `synth` prints each limit with its source.
 
-    - `speed`: Largest speed. By default the top speed in bench.yaml.
-    - `acceleration`: Largest acceleration. By default ((`drive_share` times the drive's largest
+    - `speed`: Largest speed. The default is the top speed in bench.yaml.
+    - `acceleration`: Largest acceleration. The default is ((`drive_share` times the drive's largest
       effort) - friction - load)/inertia at `speed`, for the plant with the smallest result.
     - `jerk`: Largest jerk. By default the jerk limit makes a move longer by one period of the
       model's lowest resonance. For a model without resonances, it makes the move longer by a tenth
@@ -218,12 +219,12 @@ class FeedforwardDesign(
     `profile` or `prefilter`. If the design has neither of them, a filter differentiates the
     reference.
 
-    - `inertia`: Inertia.
-    - `viscous`: Viscous friction.
-    - `coulomb`: Coulomb friction.
-    - `switch_on_speed`: Speed of the reference above which the Coulomb friction is added. By
-      default it is one encoder step in 10 samples. Below half of this speed, the Coulomb friction
-      is no longer added.
+    - `inertia`: Inertia of the modelled axis.
+    - `viscous`: Viscous friction of the modelled axis.
+    - `coulomb`: Coulomb friction of the modelled axis.
+    - `switch_on_speed`: Speed of the reference above which the Coulomb friction is added. The
+      default is one encoder step in 10 samples. Below half of `switch_on_speed`, the Coulomb
+      friction is no longer added.
     - `filter_rad_s`: Bandwidth of the filter that differentiates the reference.
     """
 

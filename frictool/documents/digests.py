@@ -1,7 +1,7 @@
 """Digests of a controller's blocks, which reveal changes since the controller was verified.
 
 No property of the linear loop depends on the gain of a position law, on the prefilter or on the
-specified margin. Therefore only a digest shows that one of them has changed. Proofs do not use
+specified margin. Therefore only a digest reveals a change of these values. Proofs do not use
 digests.
 """
 
@@ -73,7 +73,8 @@ def with_digests(controller: Controller, *blocks: str) -> Controller:
 
     blocks: names of the blocks for which digests are computed; by default, all blocks.
 
-    The digests of other blocks remain, so that earlier changes of these blocks are still detected.
+    The digests of all other blocks are kept, so that earlier changes of those blocks are still
+    detected.
     """
     now = block_digests(controller)
     kept = (
@@ -96,7 +97,10 @@ def changed_blocks(controller: Controller) -> tuple[str, ...]:
 
 
 def changed_words(controller: Controller) -> str:
-    """Return a message on the changed blocks; empty if no block changed or there are no digests."""
+    """Return a message on the changed blocks.
+
+    The message is empty if no block changed, or if the controller has no digests.
+    """
     changed = changed_blocks(controller) if controller.verified.digests else ()
     return (
         (

@@ -25,7 +25,7 @@ def read_text(path: Path) -> str:
         if path.stat().st_size > MAX_BYTES:
             raise InputFileError(
                 path,
-                f"has {path.stat().st_size} bytes; allowed: {MAX_BYTES}; a YAML "
+                f"has {path.stat().st_size} bytes; allowed: at most {MAX_BYTES}; a YAML "
                 "document is expected",
             )
         data = path.read_bytes()

@@ -48,7 +48,10 @@ class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Opposite(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Friction levels of the negative direction; None if both directions have the same level."""
+    """Friction levels of the negative direction.
+
+    A level that is absent is the same in both directions.
+    """
 
     coulomb: PositiveEffort | None = None
     breakaway: PositiveEffort | None = None
@@ -85,7 +88,7 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     """Frictional memory: the friction follows the Stribeck curve with a lag in the velocity.
 
     - `lag_s`: Time constant of the lag; 0 for no lag.
-    - `boundary`: Speed below which no lubricant film forms. By default 0.
+    - `boundary`: Speed below which no lubricant film forms. The default is 0.
     """
 
     # 3.4.2.3, figure 2.16
@@ -110,8 +113,8 @@ class Friction(
       slip.
     - `leuven_exponent`: Exponent of the Leuven law's hysteresis; with a small exponent the law
       drifts as LuGre does.
-    - `bristle_stiffness`, `bristle_damping`: Stiffness and damping of the bristles. By default they
-      follow from the presliding, the breakaway and the inertia.
+    - `bristle_stiffness`, `bristle_damping`: Stiffness and damping of the bristles. By default,
+      they follow from the presliding, the breakaway and the inertia.
     - `dead_band`: Speed below which the laws `karnopp` and `svc_band` treat the velocity as zero.
     - `backward`: Friction levels of the negative direction that differ from the positive direction.
     - `position`: Position-dependent friction.

@@ -1,7 +1,8 @@
 """Meanings of the keys of documents, for the JSON Schemas and for docs/reference.
 
 The docstring of a struct is a summary and a list of keys; an item explains one key or several: "-
-`low`, `high`: Ends of the interval." COMMON explains the keys that mean the same everywhere.
+`low`, `high`: Ends of the interval." COMMON explains the keys that have the same meaning in all
+documents.
 """
 
 from __future__ import annotations
@@ -38,11 +39,11 @@ COMMON = {
     "frequency_hz": "Frequency of a sine.",
     "phase_deg": "Phase of a sine at its start.",
     "between": "Names of the two ends, the driving end first; `ground` is the frame.",
-    "efficiency": "Share of the power transmitted from the first end to the second.",
-    "efficiency_back": "Share of the power transmitted from the second end to the first. By "
-    "default 2 - 1/efficiency. If it is 0 or less, the load cannot drive the link.",
+    "efficiency": "Fraction of the power at the first end that reaches the second end.",
+    "efficiency_back": "Fraction of the power at the second end that reaches the first end. The "
+    "default is 2 - 1/efficiency. If the value is 0 or less, the load cannot drive the link.",
     "compliance": "Elasticity of the link. By default the link is rigid.",
-    "backlash": "Free play of the link. By default none.",
+    "backlash": "Free play of the link. By default, the link has no backlash.",
 }
 ITEM = re.compile(r"^- ((?:`\w+`(?:, )?)+): (.+(?:\n  .+)*)$", re.MULTILINE)
 

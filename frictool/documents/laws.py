@@ -46,7 +46,7 @@ class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     - `above`: Speed at which the viscous friction changes.
     - `viscous`: Viscous friction above this speed.
-    - `backward`: Viscous friction of the negative direction. By default `viscous`.
+    - `backward`: Viscous friction of the negative direction. The default is `viscous`.
     """
 
     # figure 4.10
@@ -61,7 +61,7 @@ class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     Each polynomial has 1 to 8 coefficients, lowest power first.
 
     - `forward`: Coefficients of the positive direction.
-    - `backward`: Coefficients of the negative direction. By default `forward`.
+    - `backward`: Coefficients of the negative direction. The default is `forward`.
     - `forward_interval`, `backward_interval`: Interval [low, high] of each coefficient, if it was
       identified.
     """
@@ -90,7 +90,7 @@ class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class FrictionOverPosition(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Position-dependent friction over a travel; beyond the ends of the travel it is constant.
+    """Position-dependent friction over a travel; the friction is constant beyond the travel.
 
     Each polynomial is divided by its mean over the travel. The result is the factor by which the
     model's parameter of the same name is multiplied. The interval of this parameter scales the
@@ -98,7 +98,7 @@ class FrictionOverPosition(
 
     - `over`: Travel on which the polynomials apply.
     - `coulomb`: Polynomials of the Coulomb friction.
-    - `breakaway`: Polynomials of the breakaway. By default those of `coulomb`.
+    - `breakaway`: Polynomials of the breakaway. The default is the polynomials of `coulomb`.
     """
 
     # (4.44); without breakaway (4.41)
@@ -158,8 +158,8 @@ class TemperatureChange(
 
     - `slope`: Relative change per kelvin at h = 0. For example, a friction that halves over 50 K
       has the slope -0.0139 per kelvin.
-    - `curvature`: Coefficient of h^2. By default 0, so that each kelvin changes the friction by the
-      same ratio.
+    - `curvature`: Coefficient of h^2. The default is 0, so that each kelvin changes the friction by
+      the same ratio.
     """
 
     slope: ChangePerKelvin
@@ -174,7 +174,7 @@ class FrictionOverTemperature(
     - `reference`: Temperature for which the parameters and the other laws are valid.
     - `over`: Temperatures of the logs. Beyond them the friction is extrapolated.
     - `viscous`: Change of the viscous friction. By default the viscous friction is constant.
-    - `coulomb`: Change of the Coulomb friction and of the breakaway. By default they are constant.
+    - `coulomb`: Change of the Coulomb friction and of the breakaway. By default, both are constant.
     """
 
     reference: Temperature

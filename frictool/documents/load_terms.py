@@ -59,15 +59,16 @@ class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
 
 
 class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Load terms that `identify` estimates. If the offset is not listed, it is assumed to be zero.
+    """Load terms that `identify` estimates. An offset that is not listed is assumed to be zero.
 
-    - `terms`: Terms to estimate. `drift` and the terms after it in the list of allowed values are
-      estimated only to keep the other parameters unbiased: they are subtracted from the effort. Of
-      these, only `temperature` is part of the model.
+    - `terms`: Terms to estimate. The terms from `drift` on in the list of allowed values are
+      estimated only to keep the other parameters unbiased. Their effort is subtracted from the
+      measured effort. Of these terms, only `temperature` becomes part of the model.
     - `ripple`: Period of the ripple; required with the term `ripple`.
     - `most`: Largest sum of spring, gravity and ripple efforts that occurs on the travel. Planned
-      tests reserve this part of the drive's limit; without this key, they reserve nothing for the
-      load. `identify` uses it for a load that the logs cannot separate from other parameters.
+      tests reserve this effort of the drive's limit for the load; if the key is absent, they
+      reserve nothing. `identify` uses the value for a load that the logs cannot separate from other
+      parameters.
     """
 
     terms: tuple[Term, ...]

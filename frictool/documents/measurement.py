@@ -1,6 +1,6 @@
 """`measurement` of `model.yaml`: properties of the rig that were identified from logs.
 
-Friction is not among them.
+Friction is not one of these properties.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Each block has one coordinate q: an angle [rad] if it has an `inertia`, a distance [m] if it has a
 `mass`. A link has a name and a kind. `between` names the blocks at its ends, the driving end first;
-`ground` is the frame. Initially, the blocks are at their positions `start`, every backlash is
+`ground` is the frame. At the beginning, every block is at its position `start`, every backlash is
 centred, and no compliance is strained.
 
 If a link has a rotary and a linear end, the unit of a quantity determines the end to which it
@@ -54,7 +54,7 @@ class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     - `inertia`: Inertia of a block that turns.
     - `mass`: Mass of a block that slides.
-    - `start`: Position at the beginning. By default 0.
+    - `start`: Position at the beginning. The default is 0.
     """
 
     # (2.1)-(2.2)
@@ -109,7 +109,9 @@ class Level(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Compliance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Elasticity of a link, stated at its second end; for a belt, it is stated along the belt.
+    """Elasticity of a link, measured at the second end of the link.
+
+    The elasticity of a belt is measured along the belt.
 
     - `stiffness`: Stiffness of the elastic element.
     - `damping`: Viscous damping of the elastic element.
@@ -127,7 +129,7 @@ class Backlash(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
       ends, the width is measured at the block `at`, by default at the second end.
     - `at`: Block at whose end the backlash is measured.
     - `restitution`: Relative speed after an impact of rigid flanks, divided by the relative speed
-      before.
+      before the impact.
     - `compliance`: Stiffness and damping of elastic flanks. By default the flanks are rigid.
     """
 
@@ -205,7 +207,7 @@ class Screw(
 
     - `radius`: Mean radius of the thread.
     - `lead_angle`: Lead angle of the thread. Write this key or `lead`.
-    - `lead`: Distance per turn.
+    - `lead`: Distance of the nut per turn of the screw.
     - `left_handed`: True for a left-handed thread.
     - `friction_coefficient`: Friction coefficient mu of the thread. Write this key or `efficiency`.
     - `friction_form`: `angle` is exact for a square thread: the torque is radius tan(lead_angle ±
@@ -307,10 +309,10 @@ class Spring(
 
     - `stiffness`: Stiffness of the spring. Write this key or `force`.
     - `force`: Effort as a function of q_a - q_b; a positive effort pulls q_a to lower values.
-    - `damping`: Viscous damping. By default 0.
-    - `free`: q_a - q_b at which the spring is relaxed. By default q_a - q_b at the start.
+    - `damping`: Viscous damping. The default is 0.
+    - `free`: q_a - q_b at which the spring is relaxed. The default is q_a - q_b at the start.
     - `preload`: Effort of the spring at q_a - q_b = `free`; a positive effort pulls q_a to lower
-      values. By default 0.
+      values. The default is 0.
     """
 
     between: Ends
@@ -342,8 +344,8 @@ class Cam(
 ):
     """Cam profile on a block. A spring presses a roller onto the profile.
 
-    The cam exerts `force` tan(`angle`) on the block in its positive direction, and Coulomb
-    friction.
+    The cam exerts the effort `force` tan(`angle`) on the block, in the positive direction of the
+    block. It also exerts Coulomb friction on the block.
 
     - `on`: Block of the profile.
     - `force`: Force of the spring, normal to the motion, as a function of position.
@@ -372,7 +374,7 @@ class Stop(
 
     - `on`: Block that the stops limit.
     - `low`, `high`: Position of the lower and of the upper stop. Write one or both.
-    - `restitution`: Speed after an impact on a rigid stop, divided by the speed before.
+    - `restitution`: Speed after an impact on a rigid stop, divided by the speed before the impact.
     - `compliance`: Stiffness and damping of elastic stops. By default the stops are rigid.
     """
 
@@ -428,7 +430,7 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `drive`: Signal of the source. `current` and `voltage` need a `constant`; `effort` acts on the
       block directly.
     - `constant`: Effort per ampere or volt.
-    - `limit`: Largest magnitude of the drive. By default it is unlimited.
+    - `limit`: Largest magnitude of the drive. By default, the drive is unlimited.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for a drive without
       lag.
     - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
@@ -481,11 +483,12 @@ class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Source that the controller commands and sensor that it reads, for a mechanism with several.
+    """Source that the controller commands, and sensor that the controller reads.
 
     - `source`: Name of the source.
     - `sensor`: Name of the sensor.
-    - `load`: Block of the load. By default the block with the most links between it and the sensor.
+    - `load`: Block of the load. The default is the block with the most links between it and the
+      sensor.
     """
 
     source: str
@@ -502,7 +505,8 @@ class Mechanism(
     - `links`: Links by name; the key `kind` selects the type.
     - `sources`: Actuators by name.
     - `sensors`: Sensors by name.
-    - `control`: Source and sensor of the controller, if there are several.
+    - `control`: Source and sensor of the controller, if the mechanism has several sources or
+      sensors.
     - `travel`: Positions that the block of the controller's sensor can reach.
     - `top_speed`: Largest speed of the block of the controller's sensor.
     """

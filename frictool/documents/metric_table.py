@@ -88,18 +88,19 @@ class Metric:
     - definition: text without a final full stop, for the page and docs/metrics.md
     - scope: measured object: a hold, a whole stream or a closed loop
     - compute: function of `frictool/metrics/`, as module.function. Its parameters have the names of
-      properties of MeasuredPart (report/measured_part.py). It returns a value, two bounds, or the
-      reason why the value is unknown
+      properties of MeasuredPart (report/measured_part.py). The function returns either a value, or
+      two bounds of the value, or the reason why the value is unknown
     - needs: keys of NEEDS (report/measured_part.py) without which the value is unknown
-    - table: table of the page
-    - key: key of a specification that limits the metric or that the metric needs; "" without a key
+    - table: heading of the page's table that contains the metric
+    - key: key of a specification that limits the metric or that the metric needs; "" if there is no
+      such key
     - limit: type of the key's value: a number if the key's name contains the unit (`rise_time_s`),
       a quantity (`positive(dimension)`), or a record (`Energy`, `Settling`); None if another metric
       has the key
     - meaning: meaning of the key, for the schema
     - requirement: name of the requirement in a verdict, if it differs from `name`; the title of the
       requirement is derived from it
-    - rank: position of the key in a specification; by default it comes last
+    - rank: position of the key in a specification; by default, the key is the last one
 
     Raises ValueError for an unknown dimension.
     """

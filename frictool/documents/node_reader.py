@@ -47,7 +47,9 @@ class NodeReader:
             name = name_node.value
             if len(name) > MAX_KEY:
                 self.fail(
-                    name_node, key, f"found a key of {len(name)} characters; allowed: {MAX_KEY}"
+                    name_node,
+                    key,
+                    f"found a key of {len(name)} characters; allowed: at most {MAX_KEY}",
                 )
             if name in pairs:
                 self.fail(

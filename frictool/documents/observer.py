@@ -42,9 +42,10 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `index`: Number of the mode. Modes of forward motion have the numbers 1 to n, modes of
       backward motion -1 to -n, in the order of the position. Mode 0 is an axis at rest.
     - `direction`: Direction of the motion; 0 at rest.
-    - `gains`: Observer gains, with a row each for position [1], velocity [1/s] and wear alpha [per
-      rad | m], and a column for each measured signal.
-    - `spectral_radius`: Largest magnitude of the mode's error poles with the stored gains.
+    - `gains`: Matrix of observer gains. The rows belong to position [1], velocity [1/s] and wear
+      alpha [per rad | m]; the columns belong to the measured signals.
+    - `spectral_radius`: Largest magnitude of the poles of the estimation error in this mode, with
+      the stored gains.
     - `over`: Range [low, high] of positions in which the mode applies [rad | m]. Beyond the travel,
       the first or the last mode applies.
     - `friction`: Mean magnitude of the assumed friction in the range `over` [N m | N].
@@ -79,7 +80,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `transitions`: Pairs [i, j] of modes at successive samples for which `gamma` is proved.
     - `gamma`: Bound of ||z||/||Delta||, evaluated with the stored gains; Delta is the error of the
       assumed friction.
-    - `decay`: Largest factor of the error per sample; 1 if no decay was required.
+    - `decay`: Largest factor by which the error is multiplied per sample; 1 if no decay was
+      required.
     - `stuck_speed`: Factor by which the estimated velocity is multiplied at each sample of mode 0,
       before the gains correct it.
     - `switching_radius`: Largest spectral radius of the product of the error matrices of two modes
@@ -208,5 +210,5 @@ class Observer(
 
     @property
     def kind(self) -> Literal["multiplicative", "additive", "tracking"]:
-        """Return `tracking`, or how wear changes the friction of a switched observer."""
+        """Return "tracking" for a tracking observer, else the value of `switched.wear`."""
         return "tracking" if self.switched is None else self.switched.wear

@@ -77,7 +77,9 @@ class MaxwellSlip(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Everett table of the Preisach law on a grid of positions, relative to `saturation`.
+    """Everett table of the Preisach law on a grid of positions.
+
+    The entries of the table are efforts divided by `saturation`.
 
     - `limit`: Largest amplitude of the identification cycles.
     - `saturation`: Half of the difference between the efforts at +`limit` and -`limit`.
@@ -112,8 +114,8 @@ ContactLaw = Literal["dahl", "lugre", "elasto_plastic", "leuven", "leuven_masing
 class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Presliding laws of a model.
 
-    - `law`: Law that simulations use. `identify` chooses the law that best predicts those branches
-      of the hysteresis loops to which no law was fitted.
+    - `law`: Law that simulations use. `identify` chooses the law with the best prediction of the
+      held-out branches of the hysteresis loops; no law was fitted to these branches.
     - `limit`: Largest deflection z_max of the contacts, according to `law`.
     - `stiffness`: Slope of the effort against the deflection at 0, according to `law`.
     - `breakaway`: Breakaway with which the laws were fitted.

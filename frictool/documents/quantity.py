@@ -156,7 +156,7 @@ class Estimate(Quantity, frozen=True, forbid_unknown_fields=True, omit_defaults=
 
 
 class Span(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Range in SI, low < high.
+    """Range in SI with low < high.
 
     - `unit`: Unit of both ends.
     """
@@ -268,7 +268,10 @@ def si_unit(dimension: str, axis: Axis) -> str:
 
 
 def drive_dimension(drive: Literal["current", "voltage"], *, constant: bool) -> str:
-    """Return the dimension of the drive or, for `constant`, of the effort per unit of the drive."""
+    """Return the dimension of the drive, or that of the effort per unit of the drive.
+
+    constant: True for the effort per unit of the drive.
+    """
     if constant:
         return "effort per ampere" if drive == "current" else "effort per volt"
     return drive
@@ -361,7 +364,7 @@ def unit_scale(unit: str, dimension: str, axis: Axis) -> UnitScale:
 
 
 def _powers(unit: str) -> tuple[int, ...] | None:
-    """Return the powers of kg, m, s, A and K in a unit; None if it has a symbol beyond `POWERS`.
+    """Return the powers of kg, m, s, A and K in a unit; None if a symbol is not in `POWERS`.
 
     Such a unit needs pint, whose import takes several times longer than that of numpy.
     """
@@ -384,7 +387,9 @@ def _measured(dimension: str, axis: Axis) -> str:
 
 @lru_cache(maxsize=1024)  # campaign trials repeat the same units
 def factor_between(unit: str, target: str) -> float:
-    """Return the factor that converts a number in `unit` to `target`; "" and "1" have no dimension.
+    """Return the factor that converts a number in `unit` to `target`.
+
+    The units "" and "1" are those of a number without dimension.
 
     Raises ValueError if the unit is unknown or of another dimension. The message is meant for
     users.

@@ -33,7 +33,7 @@ class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     t is the time since the start of the sine.
 
     - `amplitude`: Amplitude of the sine.
-    - `centre`: Centre of the sine. By default the last value of the previous step.
+    - `centre`: Centre of the sine. The default is the last value of the previous step.
     """
 
     amplitude: PositiveLength
@@ -118,7 +118,7 @@ class Scenario(
     The reference of a closed loop is defined by `steps`, or by a `reference` from a log. A test
     without a controller has the commands of a mechanism's `sources` for `duration_s`.
 
-    - `start`: Position of the axis at the beginning, where it is at rest. By default the first
+    - `start`: Position of the axis at the beginning, where it is at rest. The default is the first
       value of a replayed reference.
     - `steps`: Successive steps of the reference.
     - `reference`: Logged channel as the reference.
@@ -136,7 +136,7 @@ class Scenario(
     - `disturbances`: External efforts.
     - `drifts`: Factors by which plant parameters change over time.
     - `temperature`: Temperature of the plant; `laws.temperature` of the model determines the
-      friction at this temperature. By default the reference temperature of the model.
+      friction at this temperature. The default is the reference temperature of the model.
     - `sensor_faults`: Faults of encoder and drive sensor.
     - `commands`: Commands of a supervisor to the controller of an axis; the exported code has the
       same commands.
@@ -212,7 +212,7 @@ class Scenario(
     def is_open(self) -> bool:
         """Return True if the scenario is a test without a controller.
 
-        It then has commands of sources, but no reference.
+        Such a scenario has commands of sources, but no reference.
         """
         return self.duration_s is not None
 

@@ -122,7 +122,7 @@ class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     """Sensor fault of random size and time.
 
     - `kind`: Kind of the fault, as in `sensor_faults`.
-    - `at_s`: Range of the start. By default the start of the scenario.
+    - `at_s`: Range of the start. The default is the start of the scenario.
     - `lasts_s`: Range of the duration. It is required with kind `encoder_stuck`. If it is absent,
       `encoder_invalid` and faults of the drive's sensor last to the end.
     - `counts`: Range of the number of lost counts.
@@ -155,11 +155,11 @@ class SpreadDisturbance(
 
     - `kind`: Kind of the effort, as in `disturbances`.
     - `effort`: Range of the effort's level or amplitude.
-    - `at_s`: Range of the start. By default the start of the scenario.
+    - `at_s`: Range of the start. The default is the start of the scenario.
     - `duration_s`: Range of the duration.
     - `frequency_hz`: Range of the frequency.
-    - `on`: Block of a mechanism on which the effort acts. By default the block that the controlled
-      source drives.
+    - `on`: Block of a mechanism on which the effort acts. The default is the block that the
+      controlled source drives.
     """
 
     kind: Literal["step", "pulse", "sine"]

@@ -1,4 +1,4 @@
-"""Commented starting documents for a new rig; values guessed from a log are marked as such."""
+"""Commented starting documents for a new rig. Values that were guessed from a log are marked."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class StartingRig:
     period: sample period [s].
     step: step of the encoder [rad | m].
     axis_source: source of the kind of axis: the user, the log, or neither.
-    questions: channel -> note on its column or unit, which the log does not contain.
+    questions: channel -> note on the column or unit of the channel, which the log does not contain.
     preset: drive or robot whose log format has these columns; it determines the units.
     layout: layout of the log, from the user.
     """

@@ -1,4 +1,4 @@
-"""Fields of document types, looked up once per type because a lookup is slow."""
+"""Fields of document types. They are looked up once per type, because a lookup is slow."""
 
 from __future__ import annotations
 

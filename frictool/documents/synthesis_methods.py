@@ -32,12 +32,13 @@ class SynthesisMethod:
     - problem: problem that the method solves, as help text
     - use: case for which the method is suited, as help text
     - reads: keys of a design that this method reads and some other methods do not
-    - structures: structures of a controller for which the method works
+    - structures: controller structures for which the method works
     - check: function that raises ValueError if a design with this method contradicts itself
     - searched: True if `synth` searches structure, gains and weights by simulation; the design may
       contain blocks, which the search keeps
-    - provided_gains: True if the design contains the gains. Such a controller has the speed error
-      as its input in a cascade, stops its integral while the drive is limited, and needs no weights
+    - provided_gains: True if the design contains the gains. The integral of such a controller stops
+      while the drive is limited. In a cascade, its input is the speed error. The method needs no
+      weights
     - more_margin: advice if the loop has too little margin
     - less_noise: advice if the encoder's noise is amplified too much
     """

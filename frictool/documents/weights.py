@@ -40,7 +40,7 @@ class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     - `static_error`: Relative static error that the error weight W2 allows.
     - `noise_filter`: Frequency dependence of the noise weight W4. By default W4 is constant.
     - `eta`: Weight on eta, the input of the linear controller, which is a position error.
-    - `uncertainty_hz`: Corner frequency of the uncertainty weight W5. By default W5 = 1.
+    - `uncertainty_hz`: Corner frequency of the uncertainty weight W5. The default is W5 = 1.
     - `count_share`: Fraction of the drive's limit that one encoder count may command. It is used if
       `command` is absent.
     """

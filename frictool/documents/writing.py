@@ -97,7 +97,7 @@ def save(document: msgspec.Struct, path: Path | str) -> None:
 
 
 def tree_to_yaml(tree: dict[str, Any]) -> str:
-    """Return the YAML text of mappings, lists and scalars, with keys in their order."""
+    """Return the YAML text of mappings, lists and scalars; the keys keep their order."""
     return yaml.dump(tree, Dumper=_Dumper, sort_keys=False, width=10_000, allow_unicode=True)
 
 

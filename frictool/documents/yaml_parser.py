@@ -51,7 +51,7 @@ class _BoundedComposer(Composer):
             self._count(1, event)
         self._depth += 1
         if self._depth > MAX_DEPTH:
-            raise _refusal(f"nested too deeply; allowed: {MAX_DEPTH} levels", event)
+            raise _refusal(f"nested too deeply; allowed: at most {MAX_DEPTH} levels", event)
         node: yaml.Node | None = super().compose_node(parent, index)
         self._depth -= 1
         if event.anchor is not None and not isinstance(event, yaml.AliasEvent):
@@ -94,10 +94,10 @@ fast_loader = _fast_loader()
 
 
 def compose(text: str) -> yaml.Node | None:
-    """Parse the text of a document; return its root node, or None if it is empty.
+    """Parse the text of a document and return the root node; None if the text is empty.
 
-    Raises RefusedYaml if the document has a tag or exceeds a bound, and another yaml.YAMLError or
-    ValueError if it is not YAML.
+    Raises RefusedYaml if the document has a tag or exceeds a bound. Raises another yaml.YAMLError
+    or ValueError if the text is not YAML.
     """
     try:
         return _composed(text, fast_loader)

@@ -1,6 +1,6 @@
 """Data for the charts of a page, read from the figures that matplotlib drew.
 
-explore.js draws these data with uPlot in place of the `<svg>` element. Both show the same figure.
+explore.js draws these data with uPlot in place of the `<svg>` element; the figure stays the same.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from frictool.typing import Vector
 def cone_indices(times: Vector, values: Vector, tolerance: float) -> NDArray[np.intp]:
     """Return indices of samples such that lines between them stay within `tolerance` of the curve.
 
-    The indices do not decrease; some occur twice. Samples that are not finite are kept.
+    The indices do not decrease, but an index may occur twice. Samples that are not finite are kept.
     """
     count = times.size
     kept = np.empty(3 * count, dtype=np.intp)

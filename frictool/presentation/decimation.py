@@ -54,7 +54,7 @@ def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -
 
 
 def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
-    """Return increasing indices of the samples of a curve (n,) that a static figure draws.
+    """Return increasing indices of the samples of a curve (n,) that are drawn in a static figure.
 
     `abscissa` must increase. Peaks are kept (`decimated_indices`); samples on straight parts are
     left out.

@@ -1,4 +1,4 @@
-"""HTML pages: the template of a command's page is inserted into the common frame, base.html.jinja.
+"""HTML pages. The template of a command's page is inserted into the common frame, base.html.jinja.
 
 All pages have one style and two scripts, uPlot and explore.js. The scripts turn the figures into
 interactive charts. If scripts are disabled, a page shows the static figures. A page loads nothing

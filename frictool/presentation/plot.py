@@ -52,15 +52,16 @@ class FigureMargins(NamedTuple):
 class Mark:
     """Curve, area or straight line of a panel.
 
-    - kind: `line`; `area` within an outline; `horizontal` or `vertical` line at y[0] or x[0];
-      `across`: area between two ordinates over the whole panel
+    - kind: kind of the mark. `line`: curve. `area`: area with the outline (x, y). `horizontal`:
+      line at the ordinate y[0]. `vertical`: line at the abscissa x[0]. `across`: area between two
+      ordinates over the whole panel
     - x, y: abscissas and ordinates (n,); NaN leaves a gap
     - width: width of a line [point]
     - dash: lengths of lines and gaps, in widths of the line; empty for a solid line
     - order: a mark with a larger number covers marks with smaller numbers
     - label: name in the legend
     - group: name of the legend entry that shows or hides several marks at once
-    - detail: (abscissas, ordinates) with more samples, shown when a reader zooms in
+    - detail: (abscissas, ordinates) with more samples, which are shown when a reader zooms in
     """
 
     kind: Literal["line", "area", "horizontal", "vertical", "across"]

@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 @dataclass(frozen=True)
 class FigureView:
-    """Range of a figure with a name; a reader can choose it to zoom in.
+    """Named range of a figure, to which a reader can zoom.
 
     - abscissa, ordinate: ends of the range; None for the whole range
     - panel: index of the panel to which `ordinate` applies
@@ -66,7 +66,7 @@ class TextTable:
     """Table of texts, one tuple per row.
 
     - title: title on the page
-    - headings: one heading per column, or none
+    - headings: one heading per column; empty for a table without headings
     - names: number of columns at the left that contain names and are left-aligned; the other
       columns contain values and are right-aligned. If None, all columns are left-aligned
     - left_out: number of additional rows that are not in the table

@@ -22,9 +22,10 @@ def series_data(
 ) -> dict[str, Any]:
     """Return a curve with abscissas and ordinates `data` (n,), as explore.js reads it.
 
-    `names`: label of the curve, and name of the legend entry that shows or hides it; a name that
-    begins with an underscore is not shown. On a logarithmic axis, `data` contains decimal
-    logarithms.
+    On a logarithmic axis, `data` contains decimal logarithms.
+
+    names: (label of the curve, name of the legend entry that shows or hides the curve). A name that
+        begins with an underscore is not shown.
     """
     label, group = ("" if name.startswith("_") else name for name in names)
     return {

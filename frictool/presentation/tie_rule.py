@@ -1,7 +1,8 @@
 """Rule for ties: of several values that agree within a relative tolerance, the first is chosen.
 
 Vertices that differ only in friction have the same modulus margin. The last digits of the margins
-depend on the processor; without a rule, so would the choice of the worst vertex.
+depend on the processor. Without a rule, the choice of the worst vertex would also depend on the
+processor.
 """
 
 from __future__ import annotations

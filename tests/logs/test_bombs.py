@@ -134,7 +134,7 @@ BOMBS: dict[str, tuple[Callable[[Path], None], str]] = {
     ),
     "json": (
         _bytes(lambda: _json({f"key{k}": k for k in range(400_000)})),
-        "bytes of JSON; allowed: 2000000",
+        "bytes of JSON; allowed: at most 2000000",
     ),
     "json texts": (
         _bytes(lambda: _json({f"k{k}": "" for k in range(120_000)} | {"x": 1.0})),

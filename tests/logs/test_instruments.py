@@ -174,7 +174,7 @@ def test_offsets_that_cannot_be_told_are_refused():
         ValueError, match=r"name two channels of one quantity|at the end of the allowed range"
     ):
         clock_offset(t, motion(t), t, rng.normal(size=t.size), 0.1)
-    with pytest.raises(ValueError, match=r"explains 0%|is an end"):
+    with pytest.raises(ValueError, match=r"explains 0%|is at the end"):
         clock_offset(t, motion(t), t, np.zeros(t.size), 0.1)
 
 

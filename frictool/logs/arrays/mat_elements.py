@@ -143,7 +143,7 @@ class _MatVariableReader:
         if kind >> 16:  # content of up to 4 bytes is packed into the head
             small = kind >> 16
             if small > 4:
-                raise ValueError(f"a packed element declares {small} bytes; allowed: 4")
+                raise ValueError(f"a packed element declares {small} bytes; allowed: at most 4")
             return MatTag(kind & 0xFFFF, small, struct.pack(self.order + "I", length)[:small], 0)
         return MatTag(kind, length, None, 0 if kind == COMPRESSED else -length % 8)
 
@@ -158,7 +158,9 @@ class _MatVariableReader:
         if tag.inline is not None:
             return tag.kind, tag.inline
         if tag.length > most:
-            raise ValueError(f"a part of a variable declares {tag.length} bytes; allowed: {most}")
+            raise ValueError(
+                f"a part of a variable declares {tag.length} bytes; allowed: at most {most}"
+            )
         return tag.kind, self.exactly(tag.length + tag.fill)[: tag.length]
 
     def matrix(self, path: str, length: int, depth: int) -> Iterator[MatArray]:

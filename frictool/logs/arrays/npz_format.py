@@ -163,7 +163,7 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
             f"is not a complete zip archive ({error}); the file may be cut off: copy it again",
         ) from None
     if len(arrays) > MOST_MEMBERS:
-        raise LogError(path, f"contains {len(arrays)} arrays; allowed: {MOST_MEMBERS}")
+        raise LogError(path, f"contains {len(arrays)} arrays; allowed: at most {MOST_MEMBERS}")
     for one in arrays:
         yield from _member(
             one.filename.removesuffix(".npy"), partial(_inside, path, one), one.file_size, damage

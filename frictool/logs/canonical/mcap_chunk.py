@@ -39,7 +39,7 @@ def chunk_data(body: bytes) -> bytes:
     if length != len(packed):
         raise ValueError(f"a chunk declares {length} bytes, but {len(packed)} follow")
     if size > LARGEST:
-        raise ValueError(f"a chunk declares {size} bytes; allowed: {LARGEST}")
+        raise ValueError(f"a chunk declares {size} bytes; allowed: at most {LARGEST}")
     data = _decompress(compression, packed, size)
     if len(data) != size:
         raise ValueError(f"a chunk contains {len(data)} bytes, but declares {size}")

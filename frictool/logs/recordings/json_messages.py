@@ -12,7 +12,7 @@ LONGEST = 2_000_000  # bytes, maximum size of a message
 def decoded(data: bytes) -> object:
     """Return the value of a JSON text; raise ValueError if `data` is too long or not JSON."""
     if len(data) > LONGEST:
-        raise ValueError(f"is {len(data)} bytes of JSON; allowed: {LONGEST}")
+        raise ValueError(f"is {len(data)} bytes of JSON; allowed: at most {LONGEST}")
     try:
         value: object = msgspec.json.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

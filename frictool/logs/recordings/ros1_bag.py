@@ -265,7 +265,7 @@ def _plain(fields: Fields, data: bytes, budget: UnpackedBudget) -> bytes:
     size = _number(fields, b"size")
     compression = fields.get(b"compression", b"none")
     if size > LARGEST_CHUNK:
-        raise ValueError(f"a chunk declares {size} bytes; allowed: {LARGEST_CHUNK}")
+        raise ValueError(f"a chunk declares {size} bytes; allowed: at most {LARGEST_CHUNK}")
     if reason := budget.take(size):
         raise ValueError(reason)
     try:
