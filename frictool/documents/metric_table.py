@@ -187,7 +187,7 @@ METRICS = (
         "percent",
         "largest excess beyond the reference in the direction of the step, relative to the "
         "amplitude. An excess of at most one sensor step is treated as 0, because a counter may "
-        "round by one step to one side",
+        "round by up to one step",
         compute="overshoot.overshoot_percent",
         needs=("step",),
         table=MOTION,
@@ -200,8 +200,7 @@ METRICS = (
         "static_error",
         "static error",
         "position",
-        "distance between the reference and the final value of a hold, with or without a step "
-        "before it",
+        "distance between the reference and the final value of every hold, even without a step",
         compute="static_error.static_error",
         needs=("response_time",),
         table=MOTION,
@@ -215,8 +214,8 @@ METRICS = (
         "reversals",
         "count",
         "number of turning points after the first entry into the 95 % zone. A turning point "
-        "counts if the position then moves back by more than two sensor steps and more than 1 % "
-        "of the amplitude",
+        "counts if the position then moves back by more than two sensor steps and by more than "
+        "1 % of the amplitude",
         compute="reversals.reversals",
         needs=("step",),
         table=MOTION,
@@ -225,8 +224,7 @@ METRICS = (
         "oscillations",
         "oscillations",
         "count",
-        "half of the reversals, rounded up. An overshoot and its return are one oscillation; so "
-        "are an overshoot and one undershoot",
+        "half of the number of reversals, rounded up: one or two reversals are one oscillation",
         compute="oscillations.oscillations",
         needs=("step",),
         table=MOTION,
@@ -295,7 +293,7 @@ METRICS = (
         "time",
         "time for which the command is within 0.1 % of the drive's limit in the bench; without a "
         "command, time for which the measured drive is within 1 % of that limit, or within two "
-        "standard deviations of its noise. A smaller limit that the winding's voltage causes is "
+        "standard deviations of its noise. A smaller limit due to the winding's voltage is "
         "ignored",
         compute="saturation_time.saturation_time",
         needs=("drive", "drive_limit"),
@@ -328,7 +326,7 @@ METRICS = (
         "rest_motion",
         "motion at rest",
         "position",
-        "peak-to-peak value of the position later than rest.after_s after the start of the hold",
+        "peak-to-peak value of the position after the first rest.after_s seconds of the hold",
         compute="rest_motion.peak_to_peak",
         needs=("rest",),
         key="rest",
@@ -337,8 +335,8 @@ METRICS = (
         "rest_drive",
         "drive at rest",
         "drive",
-        "largest absolute command later than rest.after_s after the start of the hold, or without "
-        "a command the largest absolute measured drive less its noise floor",
+        "largest absolute command after the first rest.after_s seconds of the hold; without a "
+        "command, largest absolute measured drive less its noise floor",
         compute="drive_peak.rest_drive",
         needs=("rest", "drive"),
         key="rest",
@@ -414,10 +412,9 @@ METRICS = (
         "settling_after_profile",
         "settling after a profile",
         "time",
-        "longest time between the end of a motion of the reference (or of the profile) and the "
-        "last entry of the error into a zone before the next motion. The zone is "
-        "settling_after_profile.within of the specification, and at least one sensor step. The "
-        "time is infinite if the last sample is outside the zone",
+        "longest time from the end of a motion of the reference (or profile) until the error stays "
+        "within settling_after_profile.within (at least one sensor step) up to the next motion. "
+        "The time is infinite if the error is larger just before the next motion",
         scope="stream",
         compute="settling_after_profile.settling_after_profile",
         needs=("tracking", "settling"),
