@@ -85,8 +85,8 @@ def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
         raise click.UsageError("--each reads files and folders, not standard input.")
     if line.folder is not None and says_file(line.folder):
         message = (
-            f"-o {line.folder.name}: with --each, name a folder for models and table, or for the "
-            "table alone a file that ends in"
+            f"-o {line.folder.name}: with --each, name a folder for models and table; for the "
+            "table alone, name a file that ends in"
         )
         raise click.UsageError(f"{message} {', '.join(TABLES)}.")
     if line.table is not None and line.table != STDOUT:

@@ -180,7 +180,7 @@ def _proof(path: Path, controller: Controller | None) -> Proof:
         words = "does not match the content of the file, which was edited; run frictool prove again"
         raise DocumentError(path, words, line=None, key="digest")
     if proof.controller != controller:
-        words = "differs from that of --controller; run frictool prove with that controller"
+        words = "is not the controller of --controller; run frictool prove with this controller"
         raise DocumentError(path, words, line=None, key="controller")
     return proof
 

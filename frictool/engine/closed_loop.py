@@ -10,8 +10,8 @@ at a sample; the record contains the drive after the jump.
 
 A load that depends on position (plant/position_load.py) is part of the integrated equations. At
 rest neither position nor load changes, so that the position of an axis at rest is exactly constant.
-The current limit of a winding (plant/axis.py) is updated PARTS times per period, with the speed at
-that time. Each sample has one row of disturbances, drifts and faults
+The current limit of a winding (plant/axis.py) is updated PARTS times per period, with the present
+speed. Each sample has one row of disturbances, drifts and faults
 (engine/disturbances_and_faults.py). A speed sensor, if the controller uses one, measures the true
 speed at the sample.
 """

@@ -35,8 +35,9 @@ MESSAGES = {
     EVENTS_FULL: "there were more events than the array of events can store",
     STEP_TOO_SMALL: "the tolerance requires steps below the rounding error of time; raise the "
     "tolerance",
-    LAW_FAILED: "the friction law left the range of floating-point numbers, or its memory is full",
-    JAMMED: "a self-locking link wedges: its friction grows faster than the driving effort; lower "
-    "its friction or the load's inertia",
+    LAW_FAILED: "the friction law left the range of floating-point numbers, or the memory of the "
+    "law is full",
+    JAMMED: "a self-locking link wedges, because its friction grows faster than the driving "
+    "effort; lower the friction of the link or the inertia of the load",
     UNRESOLVED: "contacts and sticking parts change without end at one instant",
 }

@@ -144,7 +144,7 @@ def _general(kind: Any) -> Any:
 
 
 class _Wait(event.Listener):
-    """Listener for compilations, but not for loading from disk."""
+    """Listener of numba for compilations; loading from disk does not call the listener."""
 
     def on_start(self, event: Any) -> None:
         notifications.compiling()

@@ -63,7 +63,11 @@ def check_agreement(
 
 
 def check_drive(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
-    """Raise DocumentError if quantities of the scenario do not suit the rig's kind of drive."""
+    """Raise DocumentError if the scenario is for another kind of drive than the rig.
+
+    The default kind `current` is allowed for any rig, unless the scenario has an offset of the
+    drive's sensor.
+    """
     in_drive = any(fault.offset is not None for fault in scenario.sensor_faults)
     if scenario.drive != rig.drive and (in_drive or scenario.drive != "current"):
         refuse(

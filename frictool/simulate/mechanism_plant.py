@@ -289,7 +289,7 @@ def check_mechanism_scenario(
             if signal.level.unit != unit:
                 message = (
                     f"found a multiple of {signal.level.unit}; allowed: {unit} and its multiples, "
-                    f"since drive of {name} is {drive}"
+                    f"because the drive of {name} is {drive}"
                 )
                 refuse(names.scenario, f"{key}[{index}].level.unit", message)
     for key, disturbance in disturbances_of(scenario):
@@ -306,6 +306,6 @@ def check_mechanism_scenario(
         if disturbance.effort.unit != unit:
             message = (
                 f"found a multiple of {disturbance.effort.unit}; allowed: {unit} and its "
-                f"multiples, on {disturbance.on}"
+                f"multiples, the units of an effort on {disturbance.on}"
             )
             refuse(names.scenario, f"{key}.effort.unit", message)

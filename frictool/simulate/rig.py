@@ -17,7 +17,7 @@ from frictool.verify.rig_facts import facts_of
 class Rig:
     """Axis, drive, timing and travel of a bench, or of the controlled axis of a mechanism.
 
-    - owner: pattern for the name in messages; {} stands for the name of the document
+    - owner: pattern of the rig's name in messages; {} stands for the name of the document
     - constant: effort per unit of the drive [N m/A, N m/V, N/A, N/V or 1]
     - effort_axis: kind of axis (rotary or linear) on which the drive acts
     - facts: numbers in SI by the names in verify/rig_facts.py

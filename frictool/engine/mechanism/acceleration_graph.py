@@ -46,8 +46,9 @@ class JointTree(NamedTuple):
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
     """Fill the rows VALUE and SLOPE of a tree's blocks for the acceleration x of the root.
 
-    VALUE of a block is Lambda(x) of its subtree, SLOPE the derivative (workspace_rows.py). towards:
-    direction of the root's motion if the root starts from rest, 0 if the root moves already.
+    VALUE of a block is the force Lambda of the block's subtree, and SLOPE is the derivative of
+    VALUE (workspace_rows.py). towards: direction of the root's motion if the root starts from rest,
+    0 if the root moves already.
     """
     k, p, modes, members, y, w = tree
     n = k[ly.BLOCKS]

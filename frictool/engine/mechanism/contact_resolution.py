@@ -90,10 +90,10 @@ def resolve(
 ) -> int:
     """Determine all modes, t [s] after the command; return a status code.
 
-    Before the call, set the modes of flanks that touch without relative speed and of blocks that
-    rest at a stop. out: guards of the present modes, and workspace. If a self-locking link wedges,
-    the last entry of the row FOUND of the integers is the index in ORDER of the jammed part's first
-    block.
+    The caller must set the modes of flanks that touch without relative speed and of blocks that
+    rest at a stop. `out` must contain the guards of the present modes, and is also a workspace. If
+    a self-locking link wedges, the last entry of the row FOUND of the workspace's `integers` is the
+    index in ORDER of the jammed part's first block.
     """
     k, p, _ = machine
     y = state.y

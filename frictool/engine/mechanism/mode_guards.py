@@ -178,7 +178,7 @@ def first_dip(
     modes: IntVector,
     guard: Vector,
 ) -> float:
-    """Return the first time in a step of length h at which a guard may be passed briefly, or h.
+    """Return the first time in a step of length h at which a guard may be passed briefly; else h.
 
     The search covers the guards of speeds, open flanks and stops.
     """
