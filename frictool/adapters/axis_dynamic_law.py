@@ -82,7 +82,7 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
 
 
 def assumed_fall(model: Model) -> str:
-    """Return a remark if the fall from breakaway to Coulomb friction is assumed, else ""."""
+    """Return a remark if the decrease from breakaway to Coulomb friction is assumed, else ""."""
     document, today = model.presliding, model.parameters
     if (
         document is None

@@ -13,11 +13,10 @@ from frictool.plant.time_optimal import DrivenAxis, step_zone, time_optimal_resp
 
 
 class DriveBound(NamedTuple):
-    """Shortest times [s] in which any controller can reach 95 % of a step with the drive of a rig.
+    """Lower bounds [s] of the time to 95 % of a step, for every controller with the same drive.
 
-    `length`: length of the step [rad | m].
-    `best`, `worst`: times of the fastest and of the slowest plant; infinite if the drive cannot
-        overcome the friction.
+    `length`: length of the step [rad | m]. `best`, `worst`: bounds for the fastest and for the
+    slowest plant; infinite if the drive cannot overcome the friction.
     """
 
     length: float

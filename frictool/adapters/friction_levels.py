@@ -9,8 +9,8 @@ viscous friction. For the model, these two levels are
 If the Coulomb level of a plant is c times that of the model, all dry friction is multiplied by c:
 F_c and breakaway of both directions at every position, and the friction inside the backlash. If the
 viscous level is c times that of the model, every slope is multiplied by c; the speeds at which the
-slope changes remain. If the model has no viscous friction, the level of a plant is its slope at
-every speed. A plant with the levels of the model equals the model.
+slope changes remain. If the model has no viscous friction, the viscous level of a plant is the
+slope at every speed. A plant with the levels of the model equals the model.
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]
 
 
 def relative(low: float, high: float, constant: Quantity) -> tuple[float, float]:
-    """Return the interval of the value that is identified with the nominal actuator constant.
+    """Return the interval of a parameter as it is identified with the nominal actuator constant.
 
     `low`, `high`: interval of the parameter's true value, in SI.
     `constant`: nominal constant, with the interval of the true constant.

@@ -83,7 +83,7 @@ class SlipCurve(NamedTuple):
 
 
 def slip_curve(model: Model, *, forward: bool) -> SlipCurve:
-    """Return the friction parameters of one direction."""
+    """Return the friction parameters of the forward or the backward direction."""
     today, laws = model.parameters, model.laws or Laws()
     backward = None if forward else laws.backward
     slopes = (

@@ -133,7 +133,7 @@ def observer_compensation(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the compensating drive [A | V] and the estimated friction [A | V].
 
-    The friction is divided by the effort per unit of drive.
+    The estimated friction is expressed as a drive: friction/(effort per unit of drive).
 
     - bandwidth: bandwidth of the observer [rad/s]
     - inertia: drive per unit of acceleration

@@ -217,7 +217,7 @@ class GridInequalities:
         return list(unique.values())
 
     def coupling(self, count: int, b: float | None) -> list[AffineConstraint]:
-        """Return [X/gamma bI; bI Y/gamma] >= 0 at every grid point.
+        """Return the constraints [X/gamma bI; bI Y/gamma] >= 0, one for each grid point.
 
         If b is None, b is the unknown that follows Y/gamma in the decision vector.
         """

@@ -210,8 +210,8 @@ class _GridSearch:
     def solved(self) -> tuple[Matrix, Matrix, float]:
         """Return the coefficients of X and of Y at the recentred gamma, and the smallest gamma.
 
-        X and Y are in the state coordinates `t`, gamma in units of `level`, of the last balancing
-        pass.
+        The last balancing pass defines the state coordinates `t` of X and Y, and the unit `level`
+        of gamma.
         """
         for k in range(PASSES + 1):
             problem = self.inequalities(self.grid)

@@ -37,8 +37,8 @@ def optimal_shares(rate: Matrix, limit: Vector, cost: Vector) -> Vector | None:
     Returns
     -------
     Vector or None
-        Shares (k,), >= 0, sum 1; None if all experiments together do not determine the parameters,
-        or if the solver finds no solution.
+        Shares (k,), which are >= 0 and have the sum 1; None if all experiments together do not
+        determine the parameters, or if the solver finds no solution.
     """
     import cvxpy as cp
 

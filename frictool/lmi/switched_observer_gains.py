@@ -19,9 +19,9 @@ For any allowed switches, e' P e is then multiplied by at most lambda^2 per samp
 neither symmetric nor square.
 
 The solver's result is checked. (6.6) implies (6.9). With the computed gains and P_i, the smallest
-gamma of (6.9) is the largest eigenvalue of a matrix; gains for which (6.9) holds with no gamma are
+gamma of (6.9) is the largest eigenvalue of a matrix; gains for which no gamma satisfies (6.9) are
 rejected. In the first pass, the states are scaled so that their coupling is of order one; in each
-later pass, so that the mean of the previous P_i is the unit matrix.
+later pass, they are scaled so that the mean of the previous P_i is the unit matrix.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def read_commissioning(path: Path) -> Commissioning:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputFileError(
             path,
-            f"is not --json output of `frictool observe run`: {type(error).__name__} {error}",
+            f"is not output of `frictool observe run --json`: {type(error).__name__} {error}",
         ) from None
     if not 0.0 < wear.low <= wear.value <= wear.high:
         raise InputFileError(

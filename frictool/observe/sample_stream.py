@@ -97,7 +97,7 @@ class SampleStream:
         return self.made.losses
 
     def remarks(self) -> tuple[str, ...]:
-        """Return warnings about the log, one line each; complete when `pieces` has ended."""
+        """Return the warnings about the log, one line each; call this after `pieces` has ended."""
         odd = [
             text
             for text in (*self.warnings, *self.made.warnings)

@@ -124,7 +124,10 @@ def _judged(name: str, estimate: EstimateRange, moves: int, limit: float) -> Wea
 def _parts(
     estimate: WearEstimate, ratio: EstimateRange | None
 ) -> Iterator[tuple[str, EstimateRange]]:
-    """Yield name and wear of each direction or zone, relative to commissioning if known."""
+    """Yield the name and the wear of each direction or zone.
+
+    If `ratio` is known, the wear is divided by the wear at commissioning.
+    """
     if estimate.kind == "directional":
         sides = (("forward", estimate.forward), ("backward", estimate.backward))
         parts = [(name, worn) for name, worn in sides if worn is not None]

@@ -247,10 +247,9 @@ def _posed(model: Model, spec: Spec, design: Design) -> tuple[SynthesisProblem, 
     lag = bench.actuator.loop_time_constant_s
     if design.prewarp_rad_s is not None and design.prewarp_rad_s * bench.sample_period_s >= math.pi:
         raise FrictoolError(
-            f"prewarp_rad_s: found {design.prewarp_rad_s:g}; allowed: below half the sampling "
-            "frequency of the bench, "
-            f"{math.pi / bench.sample_period_s:.6g} rad/s; write the value of "
-            "weights.bandwidth_rad_s, or remove the key"
+            f"prewarp_rad_s: found {design.prewarp_rad_s:g}; allowed: below "
+            f"{math.pi / bench.sample_period_s:.6g} rad/s, half the sampling frequency "
+            "of the bench; write the value of weights.bandwidth_rad_s, or remove the key"
         ).at("design", "prewarp_rad_s")
     posed = SynthesisProblem(
         polytope(model),

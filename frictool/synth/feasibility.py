@@ -78,7 +78,7 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
 
 
 def check_played_step(model: Model, spec: Spec, length: float, dead_time: float) -> None:
-    """Raise NoSolutionError if the longest step of a search cannot meet the response time.
+    """Raise NoSolutionError if the longest step of a search needs more than the response time.
 
     length: length of the longest step [rad | m]. dead_time: dead time of the speed loop with its
     fastest filter [s].

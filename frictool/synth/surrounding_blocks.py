@@ -138,8 +138,8 @@ class _BlockRules:
         if not self.design.reads_speed and not winding:
             if requested is not None:
                 raise FrictoolError(
-                    "velocity: no block of this design reads a speed; remove the key, or use "
-                    "`action: brake`, limiter (energy, virtual friction), "
+                    "velocity: no block of this design reads a speed; remove the key, or add one "
+                    "of: `action: brake`, limiter (energy, virtual friction), "
                     "friction_compensation, speed pid, actuator.winding"
                 ).at("design", "velocity")
             return stored.Velocity()

@@ -186,7 +186,7 @@ class SynthesisProblem:
             if not loop_check.stable or loop_check.modulus_margin < required:
                 raise NoSolutionError(
                     f"not verified: modulus margin {loop_check.modulus_margin:.3f} at vertex "
-                    f"{point.name}, specified {required:g}; raise order"
+                    f"{point.name} is below the specified {required:g}; raise order"
                 )
 
     def discretised(self, k: Lti) -> Lti:

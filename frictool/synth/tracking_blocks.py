@@ -64,7 +64,8 @@ def stored_profile(
         speed = tell("profile.speed", top.value, units["velocity"], "the bench's top speed")
     else:
         raise FrictoolError(
-            "profile.speed: missing, and the bench has no mechanics.top_speed; write one of them"
+            "profile.speed: missing, and the bench has no mechanics.top_speed; write one of "
+            "these keys"
         ).at("design", "profile.speed")
     if requested.acceleration is not None:
         acceleration = requested.acceleration.value

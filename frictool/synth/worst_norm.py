@@ -25,9 +25,10 @@ from frictool.verify.hinf_norm import norm
 
 @dataclass(frozen=True)
 class OpenLoopResponses:
-    """Frequency responses P11 to P22 of one or several plants at k frequencies in total.
+    """Frequency responses P11 to P22 of one or several plants.
 
-    p11 (k, z, w), p12 (k, z), p21 (k, w), p22 (k,), for z weighted outputs and w disturbances.
+    The shapes are p11 (k, z, w), p12 (k, z), p21 (k, w) and p22 (k,) for k frequencies of all
+    plants together, z weighted outputs and w disturbances.
     """
 
     p11: ComplexVector
@@ -66,7 +67,7 @@ class OpenLoopResponses:
         return OpenLoopResponses(one[:, None, None], self.p22[:, None], one[:, None], self.p22)
 
     def gains(self, k: ComplexVector) -> Vector:
-        """Return the largest singular values (k,) of the closed loop for the response `k` (k,)."""
+        """Return the largest singular values (k,) of the closed loop with the response `k`."""
         _, gram = self._gram(k)
         return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, -1], 0.0)))
 

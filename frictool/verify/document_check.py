@@ -177,8 +177,8 @@ def _vertices(controller: Controller, margins: bool) -> None:
             )
         if margin < required * (1.0 - TOLERANCE):
             raise NoSolutionError(
-                f"{where} the modulus margin is {margin:.6g}, specified {required:g}; run "
-                "frictool synth again"
+                f"{where} the modulus margin is {margin:.6g}, below the specified {required:g}; "
+                "run frictool synth again"
             )
 
 

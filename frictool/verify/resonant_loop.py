@@ -74,7 +74,6 @@ def require_margin(
         )
     if check.modulus_margin < required:
         raise NoSolutionError(
-            f"{before}{condition}: the modulus margin is {check.modulus_margin:.4g}, specified "
-            f"{required:g}; lower weights.bandwidth_rad_s, or "
-            f"stiffen {links}"
+            f"{before}{condition}: the modulus margin is {check.modulus_margin:.4g}, below the "
+            f"specified {required:g}; lower weights.bandwidth_rad_s, or stiffen {links}"
         )

@@ -65,8 +65,9 @@ class VertexTransfer:
 
     - gains: gains of the transfer function (vertices, frequencies)
     - template: upper bound (frequencies,) of the gains
-    - worst: largest ratio of a gain to the template. `template` and `worst` are None if a weight in
-      the template is 0 or unknown.
+    - worst: largest ratio of a gain to the template
+
+    `template` and `worst` are None if a weight in the template is 0 or unknown.
     """
 
     name: Name

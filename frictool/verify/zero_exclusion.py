@@ -153,7 +153,7 @@ def _prove_bound(loop: CertificateLoop, box: Box, below: float) -> int | OpenCel
 def _require_stable(loop: KernelLoop, plants: KernelBox, plant: tuple[float, float]) -> None:
     """Raise NoSolutionError unless the loop of one plant is proved to be stable.
 
-    plant: kappa and sigma - middle (zero_exclusion_kernel.py).
+    plant: pair (kappa, sigma - middle), see zero_exclusion_kernel.py.
     """
     order = loop.denominator.shape[1] + int(not loop.free) + int(loop.lagged) + loop.delay
     angle, error = turn(loop, plants, plant, MOST_CELLS)

@@ -136,10 +136,10 @@ def _losses(key: str, link: Transmitting, ratio: float) -> tuple[float, float, f
 
 
 def back_efficiency(efficiency: float, efficiency_back: float | None) -> float:
-    """Return the efficiency of the document for power from the second end to the first.
+    """Return the efficiency for power from the second end to the first.
 
-    If the document has none, return 2 - 1/efficiency, which follows from the same friction in both
-    directions. If the result is below 0, the load cannot drive the link.
+    If `efficiency_back` is None, the result is 2 - 1/efficiency, which follows from the same
+    friction in both directions. If the result is below 0, the load cannot drive the link.
     """
     return 2.0 - 1.0 / efficiency if efficiency_back is None else efficiency_back
 
@@ -156,7 +156,7 @@ def _thread_losses(key: str, link: Screw, coefficient: float) -> tuple[float, fl
             f"{key}.friction_coefficient",
             (
                 f"found {coefficient:g}; the screw cannot drive the nut with this friction; "
-                f"allowed: < {most:.4g}, 1/tan(lead angle)"
+                f"allowed: < {most:.4g} = 1/tan(lead angle)"
             ),
         )
     return (

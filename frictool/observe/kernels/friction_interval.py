@@ -158,12 +158,14 @@ def friction_along(
     - axes: (3, EXTENDED_SIZE), parameters of the axis with nominal, least and largest viscous
       friction
     - load: array of plant/position_load.py
-    - gap: (2, 3), rows: width of the backlash [rad | m], friction inside the backlash [N m | N];
-      columns: value, low, high
+    - gap: (2, 3); the rows are the width of the backlash [rad | m] and the friction inside the
+      backlash [N m | N], the columns are value, low and high
     - swing: inertia divided by two counts; swing v^2 is the effort that stops the axis within one
       count
-    - factors: (3, 3), rows: wear forward, wear backward, added friction; columns as in `gap`
-    - zones: (k, 5), columns: start, end [rad | m], then value, low and high of the wear
+    - factors: (3, 3); the rows are wear forward, wear backward and added friction, the columns are
+      those of `gap`
+    - zones: (k, 5), one row for each zone; the columns are start and end [rad | m], then value, low
+      and high of the wear
     - quantile: quantile of the normal distribution for the intervals
     - x, effort: position [rad | m] and effort [N m | N], (n,)
     - v: (3, n), value, low and high of the velocity [rad/s | m/s]

@@ -40,7 +40,7 @@ class ChangeDetector:
         """Add a move; return the standard deviations (k, n) of random steps that explain a change.
 
         The result is 0 for a parameter without a change. `step` and `weight` (k, n) are numerator
-        and denominator of the maximum-likelihood step (see the module). If a filter reports a
+        and denominator of the maximum-likelihood step (module docstring). If a filter reports a
         change, its sums restart.
         """
         self._steps = MEMORIES * self._steps + step[..., None]

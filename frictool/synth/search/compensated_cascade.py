@@ -1,4 +1,4 @@
-"""PI cascade with compensation of the model's friction by the sign of the reference's speed.
+"""PI cascade with compensation of the model's friction at the speed of the filtered reference.
 
 The cascade suits axes whose friction is a large part of the drive's limit, and whose dead time
 allows only a slow speed loop.
