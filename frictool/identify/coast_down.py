@@ -74,9 +74,8 @@ def coast_down(
                 raise UnusableLogs(fit.refused[name])
         raise UnusableLogs(
             "the drive was off; friction does not explain "
-            f"{100.0 * misfit:.3g} % of the deceleration (allowed: at most "
-            f"{100.0 * LARGEST_MISFIT:g} %): a hand or load moved the axis; declare load.terms: "
-            "[offset, spring] or [offset, gravity]"
+            f"{100.0 * misfit:.3g} % of the deceleration (at most {100.0 * LARGEST_MISFIT:g} %): "
+            "a hand or load acted; declare load.terms: [offset, spring] or [offset, gravity]"
         )
     for name in ("viscous", "coulomb"):
         if name in ratios.parameters and ratios.parameters[name].high < 0.0:

@@ -56,9 +56,9 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
         if share > LARGEST_SATURATED_SHARE and abs(top.at) < AT_THE_LIMIT * most:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
-                f"{record.name}: the effort is {top.at:.4g} {unit} in {100 * share:.2g} % of the "
-                f"samples (allowed: at most {100 * LARGEST_SATURATED_SHARE:g} %), below the "
-                f"drive's limit {most:.4g}: the measurement is saturated; widen its range"
+                f"{record.name}: the effort is {top.at:.4g} {unit} in {100 * share:.2g} % of "
+                f"samples (at most {100 * LARGEST_SATURATED_SHARE:g} %; drive limit {most:.4g}): the "
+                "measurement is saturated; widen its range"
             )
 
 
@@ -132,7 +132,7 @@ def _commanded_by_position(record: MotionRecord) -> str | None:
     return (
         f"{Path(record.name).name}: the position alone explains all but "
         f"{100.0 * np.sqrt(left / varies):.2g} % of the effort in both directions: a gravity "
-        "compensation commands it, and another force moves the axis; let the drive move the axis"
+        "compensation commands it, and another force moves the axis; let the drive move it"
     )
 
 

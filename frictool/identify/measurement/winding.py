@@ -146,8 +146,8 @@ def _fit(
     if not error <= LARGEST_ERROR:
         raise UnusableLogs(
             f"resistance, back-EMF and inductance leave {100.0 * error:.3g} % of the voltage "
-            f"unexplained (allowed: at most {100 * LARGEST_ERROR:g} %); check that voltage, "
-            "current and position have the same positive direction"
+            f"unexplained (allowed: at most {100 * LARGEST_ERROR:g} %); check the signs of "
+            "voltage, current and position"
         )
     change = names.index(INDUCTANCE)
     fast = not 0.0 < value[0] < value[change]  # the current settles within a period
