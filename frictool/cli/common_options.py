@@ -91,7 +91,6 @@ class FiniteRange(click.FloatRange):
         return number
 
     def _describe_range(self) -> str:
-        """Return the range for --help; click shows "x<=None" for a range without ends."""
         return "" if self.min is None and self.max is None else super()._describe_range()
 
 

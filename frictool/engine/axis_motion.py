@@ -161,10 +161,6 @@ def _straight_slip(
     driving: bool,
     to_edge: float,
 ) -> tuple[float, float, float, int]:
-    """Return duration, distance, final speed and cause of the end of a slip in closed form.
-
-    The state is not changed. to_edge: distance to the closing of the backlash.
-    """
     coulomb, viscous = slip_line(state, p, laws, direction, driving)
     phase = _phase(state, command, p, direction, coulomb, viscous)
     lower = 0.0
@@ -240,10 +236,6 @@ def _slip(
     direction: float,
     remaining: float,
 ) -> tuple[float, float, int]:
-    """Let the axis slip for up to `remaining` [s]; return (duration, direction, cause of the end).
-
-    direction: direction of motion after the end of the slip, 0 if the axis has stopped.
-    """
     to_edge = 0.5 * p[ax.BACKLASH] - direction * state[ax.GAP]
     driving = to_edge <= 0.0
     w = direction * state[ax.VELOCITY]

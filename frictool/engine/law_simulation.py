@@ -195,7 +195,6 @@ def _run_dynamic(
     samples: Vector,
     scales: Vector,
 ) -> Trajectory:
-    """Simulate a dynamic law; the trajectory has no events, because the law never sticks."""
     z, moving, sizes = virgin_contact(kernels, laws[3], scales[1], scales[CONTACT])
     y = np.concatenate([np.zeros(CONTACT), z])
     scales = np.concatenate([scales[:CONTACT], sizes])

@@ -93,10 +93,6 @@ def _acceleration(slip: _Slip, t: float, y: float, w: float) -> float:
 
 @inner_kernel
 def _step(slip: _Slip, t: float, h: float, start: float, at: Vector, slopes: Vector) -> float:
-    """Try a step of length h from `at` = (distance, speed); return the error of the speed.
-
-    start: acceleration at `at`. Fills `slopes` (3, 7) with the rates of distance and speed.
-    """
     y = at[DISTANCE]
     w1 = at[SPEED]
     a1 = start

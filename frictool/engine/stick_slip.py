@@ -2,21 +2,21 @@
 
 The simulation is exact to rounding, except at low speed, in the Stribeck layer (`tolerance`).
 
-    at rest            x and v are constant; the effort is a power series; the body breaks away
-                       where the effort crosses the threshold, solved to rounding
-    Stribeck layer     Dormand-Prince with error control; events on its dense output
-    above the layer    power series to rounding: Coulomb and viscous friction of fixed sign
-                       (engine/power_series.py)
+    at rest            x and v are constant, and the effort is a power series; the instant at which
+                       the effort crosses the breakaway threshold is exact to rounding
+    Stribeck layer     Dormand-Prince with error control; its dense output locates the events
+    above the layer    power series, exact to rounding, with Coulomb and viscous friction of fixed
+                       sign (engine/power_series.py)
 
 The direction of slip is fixed within a piece: no integrator ever evaluates sign(v). Rules prevent
 endless cycles:
 
 - An effort that equals the breakaway threshold to rounding breaks the body away only if the effort
   rises.
-- A slip whose initial acceleration is zero to rounding starts with acceleration zero.
-- After a slip that ends at the instant of its start, the threshold in that direction is slightly
-  above the breakaway.
-- The speed at which a body leaves the Stribeck layer is higher than the speed at which it enters.
+- If the initial acceleration of a slip is zero to rounding, it is set to zero.
+- After a slip that ends at the instant of its start, the threshold in the direction of this slip is
+  slightly above the breakaway.
+- A body leaves the Stribeck layer at a higher speed than the speed at which it enters the layer.
   Likewise, the viscous coefficient changes at a higher speed while the body speeds up than while
   it slows down.
 - A rebound from an end stop with a flight shorter than SHORTEST_FLIGHT times the duration of the
@@ -137,11 +137,6 @@ def _advance_piece(
     slopes: Vector,
     pace: Vector,
 ) -> tuple[int, float, int, float, int]:
-    """Fill `piece` with the motion from t on, up to `longest` [s].
-
-    Returns the number of terms of the polynomials, the piece's length [s], the event at its end,
-    the direction of a breakaway, and a status.
-    """
     terms = TERMS
     if state[fb.DIRECTION] == 0.0:
         spent, towards = rest_piece(driven, state, t, longest, refused, piece, probe)

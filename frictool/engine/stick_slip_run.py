@@ -97,11 +97,6 @@ def segment_arrays(
 
 
 def _extended(state: Vector) -> Vector:
-    """Return the state (8,) of a body with extended friction from a state (8,) or (5,).
-
-    A state (5,) is extended by a film in steady state. The time at rest is 0 for a body at rest,
-    inf in slip.
-    """
     if state.size == EXTENDED_SIZE:
         return state
     rested = 0.0 if state[fb.DIRECTION] == 0.0 else np.inf

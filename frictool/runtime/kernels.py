@@ -89,7 +89,6 @@ FOLDER = _cache_folder()
 
 
 def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    """Return a function that numba compiles at the first call and keeps on disk."""
     compiled = compiler(**options)(function)
     if settings.DISABLE_JIT:
         return compiled

@@ -120,7 +120,6 @@ class KernelStore(FunctionCache):
         return overload
 
     def _stored(self, signature: Any, context: Any) -> Any:
-        """Return the stored code. If there is none, take the lock for compiling and return None."""
         if not self._place(signature):
             return None
         overload = self._load(signature, context)
@@ -159,7 +158,6 @@ class KernelStore(FunctionCache):
         return self._place(()) and os.path.exists(self._cache_file._index_path)
 
     def _place(self, signature: Any) -> bool:
-        """Choose the folder for these argument types; return False if the sources are unknown."""
         if any(
             isinstance(one, (Dispatcher, types.Dispatcher))
             for one in [*_parts(signature), *_cells(self._py_func)]
@@ -185,7 +183,6 @@ class KernelStore(FunctionCache):
         return True
 
     def _state(self, signature: Any) -> State:
-        """Return the state of the sources of a function's module and its arguments' classes."""
         sources = sources_of(self._folder, self._module, self._source)
         classes = {
             one.instance_class.__module__
@@ -223,7 +220,6 @@ _used: set[Path] = set()
 
 
 def _use(folder: Path) -> None:
-    """Mark a folder as used now; remove old states of the module if the folder is new."""
     try:
         os.utime(folder)
     except OSError:
@@ -306,7 +302,6 @@ def _cells(function: Any) -> list[Any]:
 
 
 def _parts(signature: Any) -> list[Any]:
-    """Return the types of the arguments, and all types that these types are composed of."""
     parts = list(getattr(signature, "args", signature))
     for one in parts:
         if isinstance(one, types.BaseTuple):
@@ -321,7 +316,6 @@ _files: dict[Path, tuple[int, int]] = {}
 
 
 def _lock(folder: Path, byte: int) -> bool:
-    """Lock a byte of the lock file; return False if locks do not work, or after PATIENCE_S."""
     if fcntl is None:
         return False
     try:

@@ -37,7 +37,6 @@ class ObjectView:
         return f"{type(self).__name__}({', '.join(parts)})"
 
     def _repr_html_(self) -> str:
-        """Return a table of the fields, as notebooks show it."""
         rows = "".join(
             f"<tr><th>{html.escape(name)}</th><td>{_cell(value)}</td></tr>"
             for name, value in _fields(self)

@@ -124,7 +124,6 @@ def _locked_file(target: Path) -> tuple[int, Path]:
 
 
 def _locked_folder(target: Path) -> tuple[int | None, Path]:
-    """Make a part folder; return the handle of its lock (None without locks) and its path."""
     while True:
         part = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=SUFFIX))
         handle = _lock(part, wait=True)
@@ -135,7 +134,6 @@ def _locked_folder(target: Path) -> tuple[int | None, Path]:
 
 
 def _lock(part: Path, wait: bool = False) -> int | None:
-    """Return a handle that locks the part; None if the lock is taken or there are no locks."""
     if fcntl is None:
         return None
     try:

@@ -204,9 +204,15 @@ def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
         return []
     begin = float(stream.time[int(np.argmax(fault))])
     if "position_valid" not in stream.signals:
-        return [f"{stream.topic}: a command sets the controller's fault at {begin:.6g} s; drive 0"]
+        return [
+            f"{stream.topic}: a command sets the controller's fault at {begin:.6g} s; the drive is "
+            "then 0"
+        ]
     lost = f"more than {hold_samples} sample{'s' * (hold_samples != 1)} without a valid position"
-    return [f"{stream.topic}: the controller reports a fault at {begin:.6g} s, {lost}; drive 0"]
+    return [
+        f"{stream.topic}: the controller reports a fault at {begin:.6g} s, after {lost}; the drive "
+        "is then 0"
+    ]
 
 
 def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:

@@ -206,7 +206,8 @@ def _at_stops(rig: Rig, position: Vector) -> list[str]:
         (travel.high, position.max() > travel.high - step),
     )
     return [
-        f"comes to within a count of its end stop at {end:g} {travel.unit}; make the test smaller"
+        f"the axis comes within a count of the end stop at {end:g} {travel.unit}; make the test "
+        "smaller"
         for end, hit in near
         if hit
     ]
@@ -265,7 +266,6 @@ def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Ve
 
 
 def _next_change(values: Vector) -> NDArray[np.int64]:
-    """Return (n,): for each index, the next index at which `values` (n,) changes, or n."""
     edges = np.append(np.flatnonzero(np.diff(values)) + 1, values.size)
     return edges[np.searchsorted(edges, np.arange(values.size), side="right")]
 
@@ -273,7 +273,7 @@ def _next_change(values: Vector) -> NDArray[np.int64]:
 def _within_travel(rig: Rig, excitation: Log, reference: Vector) -> None:
     travel = rig.travel
     if travel is not None and not travel.low <= reference.min() <= reference.max() <= travel.high:
-        path = f"goes from {reference.min():.4g} to {reference.max():.4g} {travel.unit}"
+        path = f"has a reference from {reference.min():.4g} to {reference.max():.4g} {travel.unit}"
         raise LogError(
             excitation.source,
             f"{path}; allowed: the travel of the model's bench, {travel.low:g} to {travel.high:g}",

@@ -60,7 +60,6 @@ def connect(address: str) -> Iterator[Any]:
 
 
 def _libraries(address: str) -> tuple[Any, Any]:
-    """Import dask and distributed, which read Dask's configuration on import."""
     try:
         return importlib.import_module("dask"), importlib.import_module("distributed")
     except ModuleNotFoundError:
@@ -109,11 +108,13 @@ def _certified(distributed: Any, address: str) -> dict[str, Any]:
     unset = [name for name in ("ca-file", "client.cert") if not paths[name]]
     if unset:
         raise ClusterError(
-            f"{address}: TLS needs certificates; {' and '.join(unset)} not found in {CERTIFICATES}"
+            f"{address}: TLS needs certificates; set {' and '.join(unset)} in {CERTIFICATES}"
         )
     for name, path in paths.items():
         if path and "\n" not in path and not Path(path).is_file():
-            raise ClusterError(f"{address}: no file {path}, which {name} names in {CERTIFICATES}")
+            raise ClusterError(
+                f"{address}: there is no file {path}, which {name} names in {CERTIFICATES}"
+            )
     try:
         return dict(security.get_connection_args("client"))
     except ssl.SSLError as error:

@@ -166,7 +166,7 @@ def test_a_lost_encoder_is_bridged_or_sets_the_fault(
         result = simulate(rig, tmp_path / f"{samples}.mcap", "--number", number)
         assert result.code == 0, result.stderr
         assert (
-            "the controller reports a fault at 0.103 s, more than 3 samples"
+            "the controller reports a fault at 0.103 s, after more than 3 samples"
             in result.stdout + result.stderr
         ) == (samples == 4)
         log = read_mcap(tmp_path / f"{samples}.mcap")

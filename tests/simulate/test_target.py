@@ -110,8 +110,8 @@ def test_an_encoder_that_is_lost_is_the_same_in_every_channel_too(
         one for one in simulated.warnings if one.startswith("/axis: ")
     ]  # not of the model, which the example is not verified for
     assert warned == [
-        "/axis: the controller reports a fault at 0.303 s, more than 3 samples without a valid "
-        "position; drive 0"
+        "/axis: the controller reports a fault at 0.303 s, after more than 3 samples without a "
+        "valid position; the drive is then 0"
     ]
 
 

@@ -76,9 +76,7 @@ def test_certificates_that_are_no_good_are_told_before_anything_is_asked(
     settings: dict[str, str], strangers: dict[str, str], tmp_path: Path
 ) -> None:
     nowhere = "tls://127.0.0.1:1"
-    assert refused(nowhere, {}).startswith(
-        "TLS needs certificates; ca-file and client.cert not found"
-    )
+    assert refused(nowhere, {}).startswith("TLS needs certificates; set ca-file and client.cert in")
     assert "no file missing.pem, which ca-file names" in refused(
         nowhere, {**settings, f"{TLS}.ca-file": "missing.pem"}
     )

@@ -67,7 +67,6 @@ def _change(error: float) -> float:
 
 @bare_kernel
 def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
-    """Return the first time [s] in the step at which a guard may briefly pass its limit, else h."""
     workspace = state.workspace
     guard, end = workspace.lines[st.GUARD], workspace.lines[st.END]
     return min(
@@ -171,7 +170,6 @@ def _in_law_steps(
     tolerance: float,
     events: EventRows,
 ) -> int:
-    """Advance by `duration` [s]; update the modes of fixed-step laws at the start of each step."""
     k, p, _ = machine
     workspace = state.workspace
     out = RateEvaluation(

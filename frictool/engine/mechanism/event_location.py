@@ -81,10 +81,6 @@ def _is_there(
 
 @bare_kernel
 def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
-    """Return the last time in [0, h] at which a cubic falls through 0.
-
-    The cubic has the values g0, g1 and the rates r0, r1 at 0 and h.
-    """
     slope = (g1 - g0) / h
     a = (r0 + r1 - 2.0 * slope) / (h * h)
     b = (3.0 * slope - 2.0 * r0 - r1) / h
@@ -126,10 +122,6 @@ def _smooth_crossing(
     low: float,
     high: float,
 ) -> float:
-    """Return the time in [low, high] at which the guard at `index` falls to the value `aim`.
-
-    The guard must be passed at `high`, and must have a rate (`_has_rate`).
-    """
     g1, r1 = distance_to_guard(
         k, p, index, workspace.lines[Y_HIGH], workspace.lines[RATES_HIGH], modes
     )
@@ -194,10 +186,6 @@ def _first(
     lead: int,
     weights: tuple[float, float],
 ) -> tuple[float, int]:
-    """Return the estimated time at which the first guard reaches its target; index of this guard.
-
-    Only guards passed at `high` are candidates. weights: Illinois weights of the guard `lead`.
-    """
     at = high
     leader = -1
     at_low = workspace.lines[AT_LOW]

@@ -51,12 +51,6 @@ class Group(NamedTuple):
 
 @part_kernel
 def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
-    """Fill the rows VALUE and SLOPE of the group's first block for the speed change x.
-
-    x: change of the first block's speed per unit of impulse. VALUE: impulse that this block needs
-    for the speed change x, in addition to `impulse` on `hit.block`. SLOPE: derivative of VALUE by
-    x.
-    """
     k, p, group, block, w = hit
     n = k[ly.BLOCKS]
     for i in range(n):
@@ -111,10 +105,6 @@ def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
 
 @bare_kernel
 def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: bool) -> float:
-    """Return the speed change of the group's first block per unit of impulse.
-
-    towards: direction in which the first block moves. The result is NaN if the group jams.
-    """
     k, p, group, block, _ = hit
     impulse = force
     if row >= 0:

@@ -65,10 +65,6 @@ from frictool.typing import IntVector, Vector
 
 @bare_kernel
 def _members(k: IntVector, modes: IntVector, index: int, members: IntVector) -> int:
-    """Fill `members` with the blocks that rigid joints and closed contacts connect to a root.
-
-    `index` (of the root) and `members` are indices in ORDER. Returns the number of blocks.
-    """
     n = k[ly.BLOCKS]
     count = 0
     at = index

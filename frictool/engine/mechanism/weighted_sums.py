@@ -27,10 +27,6 @@ BUMPS = 7  # number of rows with coefficients of a dense output
 
 
 def _terms(rows: Sequence[Sequence[float]]) -> tuple[IntVector, Vector, IntVector]:
-    """Return indices, weights and number of the nonzero terms of each row.
-
-    Each row of indices and weights is padded with zeros to a multiple of FOUR.
-    """
     kept = [[(index, weight) for index, weight in enumerate(row) if weight != 0.0] for row in rows]
     width = max(len(row) + -len(row) % FOUR for row in kept)
     indices, weights = np.zeros((len(rows), width), dtype=np.int64), np.zeros((len(rows), width))
