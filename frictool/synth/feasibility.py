@@ -205,8 +205,8 @@ def _check_time(
     slowest = slowest_step(model, least, shortest)
     if required < slowest.time:
         raise NoSolutionError(
-            f"{key}: found {required:.4g} s; the drive needs at least {slowest.time:.4g} s even for "
-            f"a step of {shortest:.4g} {unit} "
+            f"{key}: found {required:.4g} s; the drive needs at least {slowest.time:.4g} s "
+            f"even for a step of {shortest:.4g} {unit} "
             f"({_described(slowest.plant, model)}); raise {key} or actuator.limit"
         ).at("spec", key)
     travel = model.bench.mechanics.travel
