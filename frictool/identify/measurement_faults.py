@@ -57,8 +57,8 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"{record.name}: the effort is {top.at:.4g} {unit} in {100 * share:.2g} % of "
-                f"samples (at most {100 * LARGEST_SATURATED_SHARE:g} %; drive limit {most:.4g}): the "
-                "measurement is saturated; widen its range"
+                f"samples (at most {100 * LARGEST_SATURATED_SHARE:g} %; drive limit {most:.4g}): "
+                "the measurement is saturated; widen its range"
             )
 
 
