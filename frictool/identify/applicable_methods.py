@@ -1,6 +1,6 @@
 """Choice of the identification methods that suit a log, by its signals, sampling and motion.
 
-A chosen method may still refuse the log; its message then states the reason.
+A chosen method may still refuse the log; the message of this method then states the reason.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ COARSEST = 0.1
 
 
 def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str | None]:
-    """Return for each method the reason why it does not suit a log, or None if it suits.
+    """Return for each method the reason why the method does not suit a log, or None.
 
     The key `breakaway` stands for the evaluation of breakaway ramps. `stream` contains statistics
     of the log's signals. `kind` is the detected kind of test, such as "ramp" or "rest".

@@ -73,7 +73,7 @@ class BatchModel:
 class BatchResult:
     """Model of a group, or the reason why the group has none.
 
-    - reason: reason why the group has no model; empty if it has one
+    - reason: reason why the group has no model; empty if the group has a model
     - code: exit code for the reason; 0 if the group has a model
     """
 
@@ -115,7 +115,7 @@ def _called(members: list[FleetLog], each: str) -> PurePosixPath:
 def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
     """Return the paths as relative paths without `..`, so that they can be created below a folder.
 
-    The common parent folder of all absolute paths is removed from each of them.
+    The common parent folder of all absolute paths is removed from each absolute path.
     """
     rooted = [one for one in called if one.is_absolute()]
     top = (
@@ -145,8 +145,8 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker process.
 
-    - bench: text of the bench in YAML. A pickled `Bench` would not state which fields the text
-      leaves out, and the model repeats the bench as it was written.
+    - bench: text of the bench in YAML. The model repeats this text. A pickled `Bench` could not
+      replace the text, because it does not record which fields the text leaves out.
     - bench_input: entry of the bench in the model's provenance
     - patterns: patterns that extract unit and date from the file name of a log
     """

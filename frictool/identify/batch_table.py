@@ -1,4 +1,4 @@
-"""Table of a batch with one row per model (CSV, Parquet, text, JSON), and tests of its scatter."""
+"""Table of a batch with one row per model (CSV, Parquet, text, JSON), and tests of the scatter."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Detection of strokes whose logged effort is constant although the speed varies.
 
 The logged effort is then a saturated measurement, or a command that was logged in place of a
-measurement. Coulomb friction and an offset would fit it almost exactly, with an inertia near zero.
-A constant effort is valid data only
+measurement. Coulomb friction and an offset would fit the constant effort almost exactly, with an
+inertia near zero. A constant effort is valid data only
 
 - at constant speed, which needs a constant effort;
 - at several levels (an open-loop test), since one set of parameters has to explain all levels;

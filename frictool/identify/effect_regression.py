@@ -85,7 +85,8 @@ class EffectRegression:
     - used: hypotheses that the model includes
     - free: hypotheses that the model does not include
     - names: sliding parameters that are not fixed
-    - noisy: True if the acceleration is too noisy to test effects whose columns resemble it
+    - noisy: True if the acceleration is too noisy to test effects whose columns resemble the
+      acceleration
     """
 
     rows: ReducedRows
@@ -228,13 +229,14 @@ class EffectRegression:
         Before the fit, the delay is known to be within +-`known` [s]. The regression `smoother`
         uses longer smoothing windows and determines the delay too. A servo feeds noise of the
         encoder back into the effort, which looks like a delay; longer windows reduce this noise.
-        The difference between the two estimates widens the interval of the delay, as far as chance
-        does not explain the difference. The result is combined with +-`known`, weighted by inverse
-        variances. If the fitted delay is longer than `known` and differs significantly from 0, only
-        the fitted delay is used.
+        The part of the difference between the two estimates that chance does not explain widens the
+        interval of the delay. The result is combined with +-`known`, weighted by inverse variances.
+        If the fitted delay is longer than `known` and differs significantly from 0, only the fitted
+        delay is used.
 
         The shift of a parameter is the delay times the parameter's change per second of delay. The
-        regression gives these changes; `slopes` replaces some of them.
+        regression gives these changes. If `slopes` contains the change of a parameter, that change
+        is used instead.
 
         Return None if the model includes the delay, if the rows do not determine the delay, or if
         the delay is not significant although there are at least FEWEST_STROKES strokes.
@@ -281,8 +283,8 @@ class EffectRegression:
 
         Over less than a turn, the eccentricity mainly multiplies the position by a gain within 1 +-
         `known`. The log hardly determines this gain. The shift of a parameter is therefore limited
-        to `known` times the parameter. Return None if the eccentricity is not in `free`, or if it
-        does not improve the prediction of strokes left out of the fit.
+        to `known` times the parameter. Return None if the eccentricity is not in `free`, or if the
+        eccentricity does not improve the prediction of strokes left out of the fit.
         """
         eccentric = next((one for one in self.free if one.term == ECCENTRICITY), None)
         if eccentric is None:

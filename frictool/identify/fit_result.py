@@ -113,7 +113,8 @@ class SlidingFit:
     - refused: name -> reason why the parameter was not accepted, with numbers
     - residual: rms residual of the method's equations divided by the rms of their right-hand side,
       in the strokes of the fit; not comparable between methods
-    - held_out_residual: the same ratio in strokes left out of the fit; None if it was not computed
+    - held_out_residual: the same ratio in strokes left out of the fit; None if this ratio was not
+      computed
     - condition: condition number of the regressor matrix
     - samples: number of equations (rows) or of samples in the fit
     - details: numbers that are specific to the method

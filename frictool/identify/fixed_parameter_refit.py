@@ -28,7 +28,7 @@ def fixed_parameters(fit: SlidingFit, outcome: Outcome, bench: Bench) -> dict[st
     This interval is the intersection of the range in bench.yaml and the logs' interval, or the
     range in bench.yaml if the two do not overlap. Two kinds of parameters are excluded: parameters
     that the motion cannot separate, and an inertia that is refused because of the encoder's
-    resolution, since it hardly changes the other parameters.
+    resolution, since this inertia hardly changes the other parameters.
     """
     # if Coulomb friction differs by direction, coulomb and offset are its mean and half difference
     split = bench.load is not None and "coulomb_by_direction" in bench.load.terms
@@ -95,7 +95,7 @@ def refit(
 def with_held(
     settings: methods.IdentificationSettings, fit: SlidingFit, fixed: Mapping[str, Interval]
 ) -> methods.IdentificationSettings:
-    """Return settings that fix the parameters in `fixed`, and fix at 0 those that `fit` dropped."""
+    """Return settings that fix `fixed`, and fix the parameters that `fit` dropped at 0."""
     dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters}
     return replace(settings, fixed={**dropped, **fixed})
 

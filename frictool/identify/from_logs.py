@@ -34,7 +34,7 @@ USUAL = IdentificationRequest()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IdentifiedModel(ResultView):
-    """Model of an axis, with the identification result and the records behind it.
+    """Model of an axis, with the identification result and the records that were used.
 
     - model: model document
     - result: identified and refused parameters, with reasons
@@ -72,7 +72,7 @@ def identify(
     loops
         Logs of slow effort loops below the breakaway, for presliding friction.
     provenance
-        Provenance of the model; by default it names this function.
+        Provenance of the model; the default provenance names this function.
     tell
         Callback for warnings about the logs.
 

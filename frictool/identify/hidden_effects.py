@@ -1,10 +1,9 @@
 """Widening of intervals for two effects that resemble a parameter and are not in the model.
 
 A spring resembles the inertia, because position and acceleration are proportional in a sinusoidal
-motion.
-Viscous friction that differs by direction resembles the offset: with the velocity v it adds an
-effort c |v|, and |v| is nearly constant in strokes of one speed. The parameters absorb most of both
-effects. The residual hardly shows them, although real machines have them.
+motion. Viscous friction that differs by direction resembles the offset: with the velocity v it adds
+an effort c |v|, and |v| is nearly constant in strokes of one speed. The parameters absorb most of
+both effects. The residual hardly shows the two effects, although real machines have them.
 
 Each effect is tried alone. The prior of its coefficient is a normal distribution with mean 0. A
 coefficient of one standard deviation gives the effect the rms effort of the lasting part of the

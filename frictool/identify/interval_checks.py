@@ -29,10 +29,10 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     bench.yaml. An interval that does not overlap the interval in bench.yaml is usable even if it is
     wider, because the value in bench.yaml would not explain the log.
 
-    Viscous and Coulomb friction may be 0. Only the part of their interval above 0 is compared with
-    the interval in bench.yaml. The ratio of the ends of their interval is limited in two cases
-    only: if the interval is wider than the interval in bench.yaml and does not overlap it, or if
-    the bench states a value without an interval.
+    Viscous and Coulomb friction may be 0. Only the part of a friction's interval above 0 is
+    compared with the interval in bench.yaml. The ratio of the ends of a friction's interval is
+    limited in two cases only: if the interval is wider than the interval in bench.yaml and does not
+    overlap it, or if the bench states a value without an interval.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
@@ -142,7 +142,7 @@ def outside(interval: Interval, known: Quantity | None) -> str:
 
 
 def below_coulomb(breakaway: Interval, coulomb: Interval) -> str | None:
-    """Return why a breakaway below Coulomb friction is impossible; None if it is not below."""
+    """Return a message if a breakaway is below Coulomb friction, which is impossible, else None."""
     if breakaway.high >= coulomb.low:
         return None
     return (

@@ -4,8 +4,8 @@
   or, with noise, stays near a level although the motion needs more.
 - Clipped encoder: the position stops at its extreme within a sample, although the effort is too
   small to brake the axis that fast.
-- Computed effort: the effort was computed from the encoder signal and not measured. A fit explains
-  it almost exactly, with hardly any friction.
+- Computed effort: the effort was computed from the encoder signal and not measured. A fit with
+  hardly any friction explains the effort almost exactly.
 - Effort as a function of position: a gravity compensation commands the effort, and another force
   moves the axis. This is tested only if a fit gives neither inertia nor friction.
 """

@@ -55,7 +55,7 @@ class TemperatureSignal:
     - viscous_rate, coulomb_rate: approximate relative change of viscous and of Coulomb friction per
       kelvin, 1/K
     - viscous_curvature: coefficient of `excess` squared in the exponent of viscous friction, 1/K^2;
-      0 if the logs do not determine it
+      0 if the logs do not determine this coefficient
     """
 
     values: Vector
@@ -124,7 +124,7 @@ class MotionRecord:
         return self.resolution if self.velocity is None else self.resolution / self.period
 
     def part(self, kept: slice | IntVector) -> MotionRecord:
-        """Return the record of the samples `kept`; its gap-free parts are numbered from 0."""
+        """Return the record of the samples `kept`, with gap-free parts numbered from 0."""
         piece = self.piece[kept]
         signals: dict[str, Any] = {
             name: signal[kept]
@@ -213,7 +213,7 @@ def _on_grid(record: MotionRecord) -> MotionRecord:
     samples is left out. The position is interpolated by a monotone cubic (Fritsch and Carlson, SIAM
     J. Numer. Anal. 17, 1980), which does not overshoot between encoder counts. The effort of a
     drive with a lag is interpolated linearly. The effort of a drive without a lag is averaged over
-    each grid period, which keeps its impulse.
+    each grid period, so that its integral over time does not change.
 
     Raises
     ------

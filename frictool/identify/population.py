@@ -74,7 +74,7 @@ class Population:
       models
     - between: test whether all units have one true value; None if there are too few units
     - alone: unit -> test whether the models of this unit have one true value
-    - drift: drift of the parameter with the date; None if the dates do not determine it
+    - drift: drift of the parameter with the date; None if the dates do not determine a drift
     - level: probability that at least one test rejects although all true values are equal
     """
 

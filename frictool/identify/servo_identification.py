@@ -159,9 +159,9 @@ def _free(
 ) -> tuple[str, ...]:
     """Return the parameters to fit.
 
-    A constant of the servo is fitted if the bench states a range for it. The drive constant is
-    fitted only if the pendulum is known, and the back-EMF constant only if a log moves without
-    torque.
+    A constant of the servo is fitted if the bench states a range of this constant. The drive
+    constant is fitted only if the pendulum is known, and the back-EMF constant only if a log moves
+    without torque.
     """
     known = servo_quantities(bench)
     exact = {name for name, one in known.items() if one.interval[0] == one.interval[1]}
@@ -224,9 +224,9 @@ def _solution(simulated: ServoSimulation, fit: SimulationFit) -> LeastSquaresSol
 def _rounding(simulated: ServoSimulation, fit: SimulationFit) -> Vector:
     """Return the standard deviation (p,) of the parameters due to errors common to a whole log.
 
-    A position is wrong by up to half an encoder count, because the firmware rounds it. The clock of
-    the firmware is shifted by up to half a period against the log. Both errors have a uniform
-    distribution, are constant during a log, and are independent between logs.
+    The firmware rounds a position, which is therefore wrong by up to half an encoder count. The
+    clock of the firmware is shifted by up to half a period against the log. Both errors have a
+    uniform distribution, are constant during a log, and are independent between logs.
     """
     inverse = np.linalg.pinv(_of_driven_viscous(simulated.names, fit))
     edges = np.cumsum([one.last - one.first for one in simulated.segments])[:-1]

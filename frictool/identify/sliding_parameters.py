@@ -104,7 +104,7 @@ def with_force_error(
 ) -> SlidingFit:
     """Return the fit with the force error of the model; unchanged if the drive was off.
 
-    The model has the parameters `from_logs`; its other parameters have the values in bench.yaml.
+    The model has the parameters `from_logs`; all other parameters have the values in bench.yaml.
     """
     if logs.drive_off:
         return fit

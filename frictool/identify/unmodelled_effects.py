@@ -10,7 +10,8 @@ therefore does not show the resulting error. Nine sources of this error are exam
    the same counts and repeat this noise, so that more strokes do not reduce its variance.
 2. A hypothesis of `explanation_search`, such as a spring, that improves the fit.
 3. Smoothing windows of twice the length. The fit approximates a delay and a resonance to first
-   order. If the fit includes one of them, the change with the longest windows is another shift.
+   order. If the fit includes a delay or a resonance, the change with the longest windows is another
+   shift.
 4. An exact delay and an exact lag in place of the approximation, if the fit includes the delay.
 5. An unknown delay that the model does not include, if a regression over windows of twice the
    length shows a delay, or if the strokes are few. Before the fit, the delay is known to be within
@@ -33,9 +34,9 @@ the largest movement is applied. If an interval overlaps the interval in bench.y
 beyond the interval in bench.yaml.
 
 Noise in the acceleration makes the inertia of a regression too small. If the inertia decreases by
-more than the half width of its interval, the inertia is regarded as hidden by noise. It is then
-fixed at its value in the fit or, if the fit has none, in the bench. An inertia from the weak form
-or from means over strokes is fixed in the same way.
+more than the half width of its interval, the inertia is regarded as hidden by noise. The inertia is
+then fixed at its value in the fit or, if the fit has no inertia, in the bench. An inertia from the
+weak form or from means over strokes is fixed in the same way.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ class WidenedFit:
     ratios: Mapping[str, float] = field(default_factory=dict)
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return a warning that names the effect if it widened intervals of `identified`, else ().
+        """Return a warning that names the effect that widened intervals of `identified`, or ().
 
         Intervals that come from ramps are not counted, because the effect does not widen them.
         """
@@ -115,7 +116,7 @@ class WidenedFit:
 def widened(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> WidenedFit:
-    """Return the fit; the intervals of its sliding parameters include unmodelled effects."""
+    """Return the fit with intervals of the sliding parameters that include unmodelled effects."""
     regression = effect_regression(fit, records, bench, confidence)
     if regression is None:
         return WidenedFit(fit)
@@ -171,7 +172,7 @@ def _of_windows(
     plain: EffectRegression,
     smoother: EffectRegression | None,
 ) -> list[AcceptedEffects]:
-    """Return the parameter changes with longer windows, as far as chance does not explain them.
+    """Return the part of the changes with longer windows that chance does not explain.
 
     `smoother` is the regression over windows of twice the length. The fit approximates a delay and
     a resonance to first order, which is valid if the window is longer than the delay or the period
@@ -192,7 +193,7 @@ def _of_windows(
 def _of_noise(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> list[AcceptedEffects]:
-    """Return the change of the inertia with doubled windows, as far as chance does not explain it.
+    """Return the part of the inertia's change with doubled windows that chance does not explain.
 
     Noise reduces the fitted inertia, and longer windows reduce the noise.
     """
@@ -205,7 +206,7 @@ def _of_noise(
 
 
 def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -> AcceptedEffects:
-    """Return the changes from `before` to `smoother`, as far as chance does not explain them."""
+    """Return the part of the changes from `before` to `smoother` that chance does not explain."""
     after = smoother.intervals()
     shift = {
         name: unlikely_change(before[name], after[name])
@@ -259,8 +260,8 @@ def _of_timing(
     """Return the shift of the parameters by an unknown delay that the model does not include.
 
     `regressions` contains the regression over the windows of the fit, and over windows of twice the
-    length. If noise hides the inertia, both are repeated with the inertia as a parameter, since a
-    delay changes it.
+    length. If noise hides the inertia, both regressions are repeated with the inertia as a
+    parameter, since a delay changes the inertia.
     """
     plain, smoother = regressions
     if plain.noisy:
@@ -323,7 +324,7 @@ def _hull(one: Interval, other: Interval) -> Interval:
 
 
 def _moved(interval: Interval, shift: float, scatter: float, known: Quantity | None) -> Interval:
-    """Return the interval with its ends moved outward by a shift with the half width `scatter`.
+    """Return the interval, widened for a shift with the half width `scatter`.
 
     If the interval in bench.yaml, `known`, overlaps `interval`, no end moves beyond `known`.
     """

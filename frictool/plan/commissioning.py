@@ -9,11 +9,11 @@
         for exact values only           strokes again, with half of the interval widths
         for no plant          no test; no controller meets the specification
 
-The indented rows are the results of this search; they state for which plants a controller exists.
+The indented rows are the results of this search: the plants for which a controller exists.
 
-Each test respects the limits of the bench for every axis within the a-priori ranges, so that it is
-safe before any parameter is identified. After a log, identified intervals replace the bench's
-ranges in the design of the next test.
+Each test respects the limits of the bench for every axis within the a-priori ranges. The test is
+therefore safe before any parameter is identified. After a log, identified intervals replace the
+bench's ranges in the design of the next test.
 """
 
 from __future__ import annotations

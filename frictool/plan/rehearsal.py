@@ -84,7 +84,7 @@ def rehearse(
 ) -> dict[str, HalfWidthSample]:
     """Simulate a test REHEARSALS times, and return the half widths that `identify` reports.
 
-    The rehearsals end early as soon as a half width exceeds its limit.
+    The rehearsals end early as soon as the half width of a parameter exceeds its limit.
 
     Parameters
     ----------

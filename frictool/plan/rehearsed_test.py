@@ -57,7 +57,7 @@ Progress = Callable[[str], None]
 class DesignRounds:
     """Outcome of the rounds of one design.
 
-    - test: shortest test whose rehearsals reach the precision; None if no test reaches it
+    - test: shortest test whose rehearsals reach the precision; None if no test does
     - attempt: request of the last round
     - refusal: reason why no test reaches the precision
     """
@@ -152,7 +152,7 @@ def default_test(bench: Bench, request: PrecisionRequest) -> PreciseTest:
 def rehearsed_default(
     bench: Bench, request: PrecisionRequest, progress: Progress = lambda step: None
 ) -> PreciseTest:
-    """Return the default kind of test with the half widths that its rehearsals reach.
+    """Return the default kind of test with the half widths that are reached in rehearsals.
 
     The requested precisions are not used. `rehearsed_strokes` explains the other parameters, the
     errors, and the half widths of a request with a duration.
@@ -181,8 +181,8 @@ class RehearsedTests:
         """Return the shortest of at most ROUNDS tests whose rehearsals reach the precision.
 
         `attempt` is the request of the first round. If a test misses the precision, the next test
-        is at least LONGER times as long; otherwise it is shorter. The rounds end after STALLS
-        longer tests that are not more precise.
+        is at least LONGER times as long. If a test reaches the precision, the next test is shorter.
+        The rounds end after STALLS longer tests that are not more precise.
         """
         last: PreciseTest | None = None
         kept: PreciseTest | None = None
@@ -240,7 +240,7 @@ class RehearsedTests:
         return {name: one.upper for name, one in sample.items()}, sample
 
     def promised(self, test: PreciseTest) -> PreciseTest:
-        """Return the test with the upper bounds of its rehearsals as promised half widths."""
+        """Return the test with upper bounds from rehearsals as promised half widths."""
         return _promising(test, self.rehearsed(test, "round 1")[0])
 
     def ratio(self, reached: Mapping[str, float]) -> float:

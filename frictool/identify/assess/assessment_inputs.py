@@ -74,8 +74,8 @@ class AssessmentRequest:
     Attributes
     ----------
     wanted : mapping of str to float
-        Requested half width of each parameter, relative to its value; a parameter that is not a key
-        has 0.05.
+        Requested half width of each parameter, relative to the value of the parameter; 0.05 for a
+        parameter that is not a key.
     duration : float
         Duration of the proposed sines, s.
     noise : float or None

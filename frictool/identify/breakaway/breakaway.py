@@ -102,7 +102,7 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the mean breakaway; if it varies with position, the mean of forward ramps."""
+        """Return the mean breakaway, only of forward ramps if breakaway varies with position."""
         return self.interval if self.by_position is None else self.by_position.forward
 
 

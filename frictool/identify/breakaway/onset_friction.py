@@ -275,7 +275,7 @@ class OnsetData:
         )
 
     def shape(self, structure: PolynomialOrders, value: Vector) -> Vector:
-        """Return the fitted friction (n,) at the onsets, divided by its mean."""
+        """Return the fitted friction (n,) at the onsets, divided by the mean fitted friction."""
         curve = self.positions.design(structure) @ value
         if structure.common:
             curve = curve - value[-1] * self.positions.direction

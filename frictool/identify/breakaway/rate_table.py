@@ -1,8 +1,8 @@
 """Breakaway as a function of the ramp's rate, from a table of single breakaways.
 
 The table is a CSV file with two columns: the effort at which the axis started to move, and the rate
-of the effort's ramp. The header names them `effort` and `rate`; without a header, the effort is the
-first column. The effort is in N m | N; the rate may have any unit.
+of the effort's ramp. A header names the columns `effort` and `rate`; without a header, the effort
+is the first column. The effort is in N m | N; the rate may have any unit.
 """
 
 from __future__ import annotations

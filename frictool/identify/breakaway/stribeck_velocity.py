@@ -56,8 +56,8 @@ class StribeckVelocityRange:
     """Stribeck curves with which a breakaway and its interval are computed.
 
     - value: Stribeck curve with which the value of the breakaway is computed
-    - ends: Stribeck curves at the ends of the allowed range; the interval contains the breakaways
-      computed with them
+    - ends: Stribeck curves at the ends of the allowed range; the interval of the breakaway contains
+      the values computed with these curves
     - known: True if the range comes from another log and not from the onsets
     """
 

@@ -1,1 +1,1 @@
-"""Identification methods, one module each; `methods.py` lists them."""
+"""Identification methods, one module each; `methods.py` lists the methods."""

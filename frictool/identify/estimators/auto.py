@@ -13,14 +13,15 @@ steps fit the sliding parameters together with these loads and effects.
 3. Otherwise `least_squares` is preferred.
 4. The methods of steps 2 and 3 are compared with output error by their prediction of strokes that
    the fit did not use (`method_comparison`). The preferred method is used if its prediction error
-   is at most a tenth larger than the smallest error.
-5. If these steps do not identify the inertia, it is estimated by the weak form if `assess` proposes
-   this method, otherwise by output error, which needs no derivatives.
+   is at most a tenth larger than the smallest prediction error.
+5. If these steps do not identify the inertia, the weak form estimates it if `assess` proposes this
+method. Otherwise, output error estimates the inertia, without derivatives.
 
 If more than 70 % of the motion is at constant speed, and the bench declares no loads, the Stribeck
 curve is fitted to the parts at constant speed (`stribeck_curve`). If the above steps identify the
 inertia, the curve is fitted with this inertia. If friction does not fall with speed, the result of
-the above steps is used instead of the curve, because it also uses the samples near the reversals.
+the above steps is used instead of the curve, because this result also uses the samples near the
+reversals.
 
 Viscous friction is set to 0 if this does not worsen the prediction of strokes that the fit did not
 use. The same applies to an offset that the bench does not declare.
@@ -95,8 +96,8 @@ def _with_simulated_inertia(
 ) -> SlidingFit:
     """Return `fit` with the inertia estimated by output error, which needs no differentiation.
 
-    The simulation does not include disturbing effects; their effort widens the interval of the
-    inertia. If the bench has a load, `fit` is returned unchanged.
+    The simulation does not include disturbing effects; the effort of these effects widens the
+    interval of the inertia. If the bench has a load, `fit` is returned unchanged.
     """
     effects = {effect.term for effect in declared_effects(bench)}
     if bench.load is not None and set(bench.load.terms) - effects - {"offset"}:
@@ -167,7 +168,7 @@ def _more_precise(
     """Return whether intervals by least squares overlap those of `means` and are far narrower.
 
     `means` is a fit by the method of sines. The intervals of viscous and Coulomb friction are
-    compared; those by least squares must be narrower than FAR times the others.
+    compared. An interval by least squares must be narrower than FAR times the interval of `means`.
     """
     efficient = run(REFERENCE, records, bench, settings)
     narrower = all(

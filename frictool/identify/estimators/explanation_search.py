@@ -22,8 +22,8 @@ position. A ripple is also rejected if a periodic error of the encoder with the 
 the strokes better.
 
 For friction that changes along the log, the measured temperature is the preferred explanation if it
-passes the tests. At the end, a hypothesis other than a ripple is removed again if the
-prediction errors increase little without it. Significant hypotheses that are not used are reported
+passes the tests. At the end, a hypothesis other than a ripple is removed again if the prediction
+errors increase little without the hypothesis. Significant hypotheses that are not used are reported
 as left in the residual. docs/theory/identify_effects.md states the significance levels and the
 limits of the tests.
 """
@@ -514,13 +514,13 @@ def _supported(
 def _better(
     one: Hypothesis, richer: Vector | None, simpler: Vector | None, confidence: float
 ) -> bool:
-    """Return whether the strokes are predicted better with the hypothesis `one` than without it.
+    """Return whether the hypothesis `one` improves the prediction of the strokes.
 
     `richer` and `simpler` are the squared prediction errors (s,) of the strokes with and without
-    the hypothesis. A load has to predict clearly better, because it becomes part of the model. An
-    effect has to reduce the error noticeably and in most strokes. The measured temperature may
-    reduce the error in few strokes, because only strokes at extreme temperatures show its
-    influence.
+    the hypothesis. A load has to improve the prediction clearly, because the load becomes part of
+    the model. An effect has to reduce the error noticeably and in most strokes. The measured
+    temperature may reduce the error in few strokes, because only strokes at extreme temperatures
+    show the influence of temperature on friction.
     """
     if one.is_load or richer is None or simpler is None:
         return clearly_better(richer, simpler, confidence)

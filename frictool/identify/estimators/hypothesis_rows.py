@@ -104,7 +104,7 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return whether the rows determine `tested`, and its effort exceeds what noise can cause.
+        """Return whether the rows determine `tested`, and noise alone cannot cause its effort.
 
         The encoder's noise makes the fitted inertia too small, so that a part of the inertial
         effort is left over. A column of `tested` that resembles the acceleration, or the derivative

@@ -14,8 +14,8 @@ output error.
 
 If the fit includes a disturbing effect (`rows/effects.py`), the preferred method is used without a
 comparison, because the effect cannot be simulated. If the logs are too short to be halved, the
-regressions are compared on the logs of the fit. Output error is then no candidate, because it
-minimises the compared error.
+regressions are compared on the logs of the fit. Output error is then no candidate, because output
+error minimises the compared error.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class PredictionScore:
 
 @dataclass(frozen=True)
 class ComparedData:
-    """Logs of an axis, and the regressions that are compared on them.
+    """Logs of an axis, and the regressions that are compared on these logs.
 
     `fits`: fits of the regressions to all logs, in the order of preference.
     """

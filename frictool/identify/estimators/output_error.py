@@ -8,9 +8,10 @@ parameter. The interval is computed from errors of the effort instead. An observ
 simulation follow the measured position; the effort that the observer adds for this purpose is the
 effort error. The effort errors of one cluster of strokes (`clusters`) at a time are added to the
 simulation, and the resulting change of each parameter is computed. The variance of a parameter is
-the sum of its squared changes. The effort errors are computed with the parameters of the power
-balance, because the parameters of the simulation would make the errors too small. In closed loop,
-the simulated controller drives the axis, and the residuals themselves are errors of the effort.
+the sum of the squared changes over all clusters. The effort errors are computed with the parameters
+of the power balance, because the parameters of the simulation would make the errors too small. In
+closed loop, the simulated controller drives the axis, and the residuals themselves are errors of
+the effort.
 
 If the interval of the inertia by the power balance is less than half as wide as the interval by the
 simulation, the inertia is fixed at the value by the power balance, and the simulation gives the

@@ -3,9 +3,9 @@
     v u = inertia v a + viscous v^2 + coulomb |v| + offset v
 
 u is the effort, v the velocity and a the acceleration. The weight reduces the influence of stick
-and the Stribeck effect. If the settings contain a time constant, all samples are used, and their
-signals are differences behind a first-order filter, as in the thesis. Otherwise the samples that
-certainly slip are used, and their signals are smoothed.
+and the Stribeck effect. If the settings contain a time constant, all samples are used, and the
+signals are differences behind a first-order filter, as in the thesis. Otherwise, only samples that
+certainly slip are used, and the signals are smoothed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Simulation of segments of records with an axis model, and fit of its parameters.
+"""Simulation of segments of records with an axis model, and fit of the model's parameters.
 
 - open loop: the measured effort drives the model; the residual is the error of the position
 - closed loop: the bench's controller (`PositionServo`) drives the model along the measured

@@ -121,7 +121,7 @@ def _column(name: str, means: StrokeMeans) -> Vector:
 
 
 def without(rows: StrokeRows, fixed: Mapping[str, Interval]) -> StrokeRows:
-    """Return the rows without the effort of the fixed parameters and without their columns."""
+    """Return the rows without the effort and the columns of the fixed parameters."""
     if not fixed:
         return rows
     means = rows.means

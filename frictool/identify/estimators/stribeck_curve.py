@@ -7,12 +7,13 @@ within two counts of a straight line in time. If there are too few runs, whole s
 instead. The position of such a stroke deviates from a line by at most 2.7 % of the stroke's
 distance, and its speed drifts by at most a twentieth.
 
-Speed, acceleration and effort of a run are means with the weights (1 - w^2)^2, where w is the time
-from -1 at the start of the run to +1 at its end. These means satisfy the equation of motion without
-a derivative of the position. In short runs the speed still settles. The effort that accelerates the
-inertia is therefore subtracted. The inertia in bench.yaml is used; the intervals include the effect
-of every inertia in the range in bench.yaml. If all runs have the same direction, the offset in
-bench.yaml is used, and the range of this offset widens the interval of Coulomb friction.
+Speed, acceleration and effort of a run are means with the weights (1 - w^2)^2, where w is the time,
+scaled to -1 at the start and +1 at the end of the run. These means satisfy the equation of motion
+without a derivative of the position. In short runs the speed still settles. The effort that
+accelerates the inertia is therefore subtracted. The inertia in bench.yaml is used; the intervals
+include the effect of every inertia in the range in bench.yaml. If all runs have the same direction,
+the offset in bench.yaml is used, and the range of this offset widens the interval of Coulomb
+friction.
 
 For fixed (v_s, delta) the other parameters are linear. v_s is searched; delta is 2 or, if the data
 support it, 1 or 1/2. Schwarz's criterion (BIC) decides between the curve and a straight line. For
@@ -247,8 +248,8 @@ def _sum(one: Interval, other: Interval) -> Interval:
 def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
     """Return all runs at constant speed.
 
-    Raises UnusableLogs if there are too few runs, or if their speeds differ by less than a factor
-    of 2.
+    Raises UnusableLogs if there are too few runs, or if the speeds of the runs differ by less than
+    a factor of 2.
     """
     rows = _rows(records)
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)

@@ -9,8 +9,8 @@ that the noise causes. The estimate theta solves (Golub and Van Loan 1980, gener
     (M - lambda S) [theta; -1] = 0
 
 lambda is the smallest generalised eigenvalue, which is 1 if S is correct. S is diagonal: the filter
-of the acceleration is even and that of the velocity odd, so that their noises at the same time are
-uncorrelated.
+of the acceleration is even and the filter of the velocity odd, so that the noises of acceleration
+and velocity at the same time are uncorrelated.
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@ prediction is not significantly worse is used. The order is 0 unless the best or
 prediction error significantly and by at least a fifth.
 
 Viscous friction changes at certain speeds, the knees. Each new knee is placed at the speed at which
-it reduces the residual most. The knee is kept if it reduces the rms prediction error significantly
-and by at least a fifth. The order is chosen again after each knee, because a missing knee looks
-like a dependence on position.
+the knee reduces the residual most. The knee is kept if the rms prediction error decreases
+significantly and by at least a fifth. The order is chosen again after each knee, because a missing
+knee looks like a dependence on position.
 """
 
 from __future__ import annotations

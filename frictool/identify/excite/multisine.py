@@ -1,4 +1,4 @@
-"""Multisine of the position; its harmonics have equal speed amplitudes and a low crest factor.
+"""Multisine of the position, with equal speed amplitudes of the harmonics and a low crest factor.
 
     v(t) = V sum_k cos(2 pi k f t + phase_k)
     phase_k = -pi k (k - 1)/K      (Schroeder 1970)

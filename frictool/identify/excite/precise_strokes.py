@@ -64,7 +64,7 @@ class PrecisionRequest:
     factors: Mapping[str, float] = field(default_factory=dict)
 
     def factor(self, name: str) -> float:
-        """Return the entry of a parameter in `factors`, or EXPECTED_FACTOR if it is not a key."""
+        """Return the entry of a parameter in `factors`, or EXPECTED_FACTOR if there is no entry."""
         return self.factors.get(name, EXPECTED_FACTOR)
 
     @property
@@ -93,7 +93,7 @@ class PrecisionRequest:
 
 @dataclass(frozen=True)
 class PreciseTest:
-    """Test with the precision to expect from it, in SI units.
+    """Test, with the precision to expect, in SI units.
 
     - sequence: reference or drive command of the test
     - half_widths: half width of the interval of each parameter that `identify` is expected to
@@ -107,7 +107,7 @@ class PreciseTest:
 
 
 def bench_value(bench: Bench, name: str) -> float:
-    """Return the value of a parameter in bench.yaml, to which its precision is relative.
+    """Return the value of a parameter in bench.yaml, to which relative precisions refer.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def _expected_deviation(
 def _without_effects(
     bench: Bench, request: PrecisionRequest, program: StrokeProgram
 ) -> StrokeProgram:
-    """Return the program without the parameters of the effects, which are its last parameters."""
+    """Return the program without the parameters of the effects, which are the last parameters."""
     size = program.limit.size - len(worst_axis(bench, request.effects).effects)
     return replace(
         program, information=program.information[:, :size, :size], limit=program.limit[:size]

@@ -1,9 +1,9 @@
 """Sine of the position, and the condition number of its regression (thesis 4.30 to 4.33).
 
 If the equation is scaled by sqrt(2)/V with the top speed V, the condition number is 19 for every V,
-the least possible value. The sine is therefore chosen by another criterion: among the sines that
-the bench can follow, it minimises the largest relative Cramér-Rao bound of inertia, viscous and
-Coulomb friction.
+the least possible value. The sine is therefore chosen by another criterion: of the sines that the
+bench can follow, the chosen sine has the smallest largest relative Cramér-Rao bound of inertia,
+viscous and Coulomb friction.
 """
 
 from __future__ import annotations

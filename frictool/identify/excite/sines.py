@@ -27,7 +27,7 @@ def plan(
     speeds: int = SPEEDS,
     distance: float | None = None,
 ) -> list[PlannedStroke]:
-    """Return the mean stroke of each speed, with the number of its repetitions.
+    """Return the mean stroke of each speed, with the number of repetitions.
 
     Each speed has an equal share of `duration` [s].
     """

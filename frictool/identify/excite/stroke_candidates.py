@@ -1,7 +1,7 @@
 """Candidate strokes of an optimal test: distances and speeds within the bench's limits.
 
-Each candidate is one stroke forward and one backward. Its information matrix and its drive signal
-are computed for the worst axis within the a-priori intervals:
+Each candidate is one stroke forward and one backward. The information matrix and the drive signal
+of a candidate are computed for the worst axis within the a-priori intervals:
 
 - Inertia and viscous friction are at their upper ends. The covariance of the noise, noise^2 I +
   step^2/12 T T' with T = inertia D2 + viscous D1, grows with both, so that every other axis gives

@@ -1,9 +1,9 @@
 """Positions and friction along slow effort loops below the breakaway.
 
-The axis hardly accelerates, so that friction is the effort minus its offset. Each row stands for
-the time during which the encoder shows one count. The row contains the mean effort of this time,
-and the position of the middle of the count. If the effort reverses during this time, the mean
-effort belongs to no unique position. The row is then a part of the path, but is not fitted.
+The axis hardly accelerates, so that friction is the effort minus the offset of the effort. Each row
+stands for the time during which the encoder shows one count. The row contains the mean effort of
+this time, and the position of the middle of the count. If the effort reverses during this time, the
+mean effort belongs to no unique position. The row is then a part of the path, but is not fitted.
 """
 
 from __future__ import annotations

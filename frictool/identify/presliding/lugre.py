@@ -2,7 +2,7 @@
 
     F -> s F_s + (F - s F_s) e^(-stiffness |dx|/F_s)          s = sign(dx)
 
-F is the friction force, and F_s the breakaway. The arrow replaces F by its value after a
+F is the friction force, and F_s the breakaway. The arrow replaces F by the friction after a
 displacement dx between two counts. The new value is the solution of thesis (2.40) at zero speed,
 dF/dx = stiffness (1 - sign(dx) F/F_s).
 """

@@ -2,9 +2,9 @@
 
     F = (v - k + 1)/(v k) b^T V^-1 b  ~  F(k, v - k + 1)
 
-b (k,) are the tested parameters, V is their covariance by a jackknife that leaves out one cluster
-at a time (CR3 of Bell and McCaffrey, 2002), and v is the number of clusters minus one. Residuals
-may be correlated within a cluster.
+b (k,) contains the tested parameters. V is the covariance of b by a jackknife that leaves out one
+cluster at a time (CR3 of Bell and McCaffrey, 2002). v is the number of clusters minus one.
+Residuals may be correlated within a cluster.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
 Each half of the strokes is predicted by a fit to the other half. A sliding parameter is dropped if
 its interval contains 0 and the prediction error does not increase without the parameter. The
-dropped parameter has the value 0 but keeps its interval, since the data do not show that it is
-exactly 0. The other parameters are then fitted again. Load terms are never dropped: the bench
-declares them, or a search has shown that they improve the prediction (`explanation_search`,
-`structure_selection`).
+dropped parameter has the value 0 but keeps its interval, since the data do not show that the
+parameter is exactly 0. The other parameters are then fitted again. Load terms are never dropped:
+the bench declares them, or a search has shown that they improve the prediction
+(`explanation_search`, `structure_selection`).
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@
 x is the position, v the velocity, and n the wave number of the ripple. The columns of declared
 effects (`effects`) follow.
 
-A harmonic needs sufficient travel: over a short distance its sine cannot be separated from a
-spring, and its cosine from an offset.
+A harmonic needs sufficient travel: over a short distance, a sine cannot be separated from a spring,
+and a cosine cannot be separated from an offset.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def declared_terms(bench: Bench) -> tuple[str, ...]:
 
 
 def possible(bench: Bench) -> tuple[str, ...]:
-    """Return the load terms of the bench or, if it declares none, all but ripples."""
+    """Return the load terms that the bench declares; by default, all terms except ripples."""
     if bench.load is not None:
         return declared_terms(bench)
     return (DIRECTION, SPRING, GRAVITY) if bench.axis == "rotary" else (DIRECTION, SPRING)
@@ -234,8 +234,8 @@ def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
     """Return the bench with the load terms `terms`; a bench that declares load terms is unchanged.
 
     A regression and a simulation with the same terms have comparable parameters. With different
-    terms, their offsets differ. For example, a single viscous coefficient shifts the offset if
-    viscous friction differs by direction.
+    terms, the offsets of the two fits differ. For example, a single viscous coefficient shifts the
+    offset if viscous friction differs by direction.
     """
     if bench.load is not None:
         return bench
@@ -245,7 +245,7 @@ def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
 
 
 def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
-    """Return the fit with its load parameters as laws of the model document.
+    """Return the fit with the load parameters as laws of the model document.
 
     A load parameter with an infinite interval is reported as not identified instead.
     """

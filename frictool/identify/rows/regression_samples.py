@@ -352,7 +352,7 @@ def intervals(
 
 
 def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Return the fitted sliding parameters, and reasons why some of them cannot be identified.
+    """Return the fitted sliding parameters, and the unidentifiable parameters with reasons.
 
     Raises UnusableLogs if there are too few rows.
     """

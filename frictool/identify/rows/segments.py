@@ -1,4 +1,4 @@
-"""Segments of records, each of which is simulated without a restart, and their initial states."""
+"""Segments of records and their initial states; each segment is simulated without a restart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Common reference temperature of records, and the shape of their friction over temperature.
+"""Common reference temperature of records, and shape of friction over temperature.
 
     effort = inertia a + viscous exp(r h + k h^2) v + coulomb exp(q h) s + offset
 
@@ -37,7 +37,7 @@ LEAST_CURVATURE = 0.02
 
 
 def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
-    """Return the records with a common reference temperature and with exponents of their friction.
+    """Return the records with a common reference temperature and with exponents of friction.
 
     The exponents describe friction over temperature, and are set only if the temperature varies
     enough. If a record has no temperature, all records are returned unchanged.
