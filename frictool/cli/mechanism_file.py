@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def load_mechanism(path: Path) -> tuple[Mechanism, AssembledMechanism]:
-    """Load the document at `path` and assemble the mechanism; return both.
+    """Load the document at `path`; return the document and the assembled mechanism.
 
     Raises DocumentError with file, line and key.
     """

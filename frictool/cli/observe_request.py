@@ -95,10 +95,7 @@ def check_outputs(request: ObserveRequest, logs: tuple[Path, ...], several: bool
 
 
 def observer_of(request: ObserveRequest) -> tuple[Path, Observer] | None:
-    """Load the observer of the option --observer.
-
-    Return (path, observer), or None without this option.
-    """
+    """Load the observer of --observer; return (path, observer), or None without this option."""
     if request.observer is None:
         return None
     from frictool.documents.observer import Observer

@@ -60,7 +60,7 @@ def _axis(stream: Stream) -> dict[str, Any]:
 def _rests(velocity: Vector) -> bool:
     """Return True if nothing moves in the last tenth of the simulation, within rounding.
 
-    The last sample alone would not suffice: in a limit cycle, the axis stands still between jumps.
+    The last sample alone is not sufficient: in a limit cycle, the axis stands still between jumps.
     """
     speed = abs(velocity)
     return bool(speed[-max(1, speed.size // 10) :].max() <= STANDING * speed.max())

@@ -19,7 +19,7 @@ cores_option = click.option(
 def workers_options(function: F) -> F:
     """Add the options `--cores` and `--cluster` to a command.
 
-    They become the parameters `cores` (int or None) and `cluster` (address or None).
+    The command receives them as parameters `cores` (int or None) and `cluster` (address or None).
     """
     cluster = click.option(
         "--cluster",

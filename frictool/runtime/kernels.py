@@ -122,7 +122,7 @@ class Callee:
         return made
 
     def get_call_template(self, arguments: Any, named: dict[str, Any]) -> Any:
-        """Resolve a call by a kernel as numba does, with general types in place of constant values.
+        """Resolve a kernel's call as numba does, with general types in place of constant values.
 
         Otherwise, numba would compile the called kernel once for each value of a constant integer.
         """

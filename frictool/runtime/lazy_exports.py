@@ -24,8 +24,8 @@ def lazy_exports(
     -------
     tuple
         `__getattr__`, `__dir__` and `__all__`. `__getattr__` imports the module that exports a
-        name, and stores the value in the package. It raises AttributeError for a name that is not
-        exported.
+        name, and stores the value in the package. For a name that is not exported, `__getattr__`
+        raises AttributeError.
     """
     where = {name: f"{package}.{module}" for module, names in modules.items() for name in names}
     exported = sorted(where)

@@ -20,7 +20,7 @@ ANALYSIS = (
 
 @dataclass(frozen=True)
 class ModuleSource:
-    """Digest of a module's syntax tree, its imports, and the names that it defines or imports.
+    """Digest of a module's syntax tree, imports of the module, and names that the module has.
 
     names: names that the module defines or imports.
     table: name that the package exports lazily -> module that defines it, relative to the package.

@@ -22,7 +22,7 @@ CSV = ".csv"
 def read_test(path: Path, bench: Bench) -> Log:
     """Return the test signals in the file `path`, written by `frictool excite` or as CSV.
 
-    A CSV file has columns for the time and the reference of the position.
+    A CSV file has a column for the time and a column for the position reference.
 
     Raises
     ------

@@ -126,9 +126,9 @@ def nominal_variant(model: Model, owner: str = "model") -> AxisVariant:
 
 
 def nominal_levels(model: Model) -> dict[str, float]:
-    """Return the nominal value of each parameter in PARAMETERS by name.
+    """Return the nominal values of the four varied parameters by name.
 
-    The nominal value of viscous and Coulomb friction is the middle of its interval.
+    The nominal value of a viscous or Coulomb friction is the middle of the parameter's interval.
     """
     coulomb, viscous = coulomb_level(model), viscous_level(model)
     values = (

@@ -23,12 +23,12 @@ from frictool.typing import Vector
 
 
 class RecordedRun(NamedTuple):
-    """Inputs of a controller in a simulated run, from which its program can be repeated.
+    """Inputs of a controller in a simulated run; the controller's program can run on them again.
 
-    `running`: program in its number format. `reference` (n,) [rad | m]. `record` (n, 7): columns of
-    engine/closed_loop.py. `step`: encoder step [rad | m]. `known`: node index of a scheduled
-    parameter in the program -> value of the parameter. `commands`: index of a sample -> commands of
-    a supervisor just before this sample.
+    `running`: program in the number format of the run. `reference` (n,) [rad | m]. `record` (n, 7):
+    columns of engine/closed_loop.py. `step`: encoder step [rad | m]. `known`: node index of a
+    scheduled parameter in the program -> value of the parameter. `commands`: index of a sample ->
+    commands of a supervisor just before this sample.
     """
 
     program: Program
@@ -48,7 +48,7 @@ class RecordedRun(NamedTuple):
 def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
     """Return the value [SI] (n,) of a node of the controller's program at each sample.
 
-    A node that is a state has at each sample its value before the update.
+    If the node is a state, its value at a sample is the value before the update at this sample.
     """
     values = np.empty(run.reference.size)
     if not run.reference.size:

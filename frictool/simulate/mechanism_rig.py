@@ -35,8 +35,9 @@ SAME_PLACE = 1e-12  # relative tolerance of a stop's position
 class ControlledAxis(NamedTuple):
     """Indices of the controlled source, and of three blocks (rigid bodies) of a mechanism.
 
-    The blocks are the one that the source drives, the one whose position the sensor measures, and
-    the load. load_ratio: speed of the load divided by the speed of the sensor's block.
+    The three blocks are the block that the source drives, the block whose position the sensor
+    measures, and the load. load_ratio: speed of the load divided by the speed of the sensor's
+    block.
     """
 
     source: int
@@ -157,8 +158,8 @@ def block_positions(
 ) -> Vector:
     """Return the positions (n,) [rad | m] of all blocks if the block `root` is at `position`.
 
-    Blocks that links connect to `root` move with it; the others keep their start positions. Raises
-    ValueError if a block would be beyond its end stop.
+    Blocks that links connect to `root` move with `root`; all other blocks keep their start
+    positions. Raises ValueError if a block would be beyond its end stop.
     """
     placed = assembled.start.copy()
     for block, tied in chain_from(document, assembled, root).items():

@@ -74,9 +74,9 @@ def conditions_of(
 
 
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
-    """Return the conditions without faults of a voltage sensor, which affect only the log.
+    """Return the conditions without the faults of a voltage sensor.
 
-    A measured voltage is not fed back to the controller.
+    These faults affect only the log, because a measured voltage is not fed back to the controller.
     """
     if rig.drive == "current" or not conditions.size:
         return conditions
@@ -157,9 +157,9 @@ def _sample(instant: float) -> int:
 def command_samples(
     commands: Sequence[ControllerCommand], period: float
 ) -> dict[int, list[CommandName]]:
-    """Return index of a sample -> supervisor's commands.
+    """Return the supervisor's commands at each sample, by the index of the sample.
 
-    A command belongs to the first sample at or after its time `at_s`.
+    A command belongs to the first sample at or after the time `at_s` of the command.
     """
     samples: dict[int, list[CommandName]] = {}
     for one in sorted(commands, key=lambda command: command.at_s):

@@ -17,7 +17,7 @@ SAME_INSTANT = 1e-9  # tolerance of an instant, relative to the duration
 def check_steps(
     scenario: Scenario, period: float, runs: int, name: str, width: float = 1.0
 ) -> None:
-    """Raise DocumentError if a step is too short, a sine too fast, or the simulation too long.
+    """Raise DocumentError for a step below one sample, a too fast sine, or too many samples.
 
     period: sample period [s]. runs, width: as in `check_length`. name: name of the scenario.
     """
@@ -76,7 +76,7 @@ def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> N
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
-    """Raise DocumentError if an event is after the end, a fault too short, or a sine too fast.
+    """Raise DocumentError for an event after the end, a fault below one sample, or a too fast sine.
 
     seconds: duration of the scenario [s]. period: sample period [s].
     """

@@ -127,7 +127,7 @@ class SimulatedPlant(Protocol[V]):
         """Return the number of variants, including the nominal plant."""
 
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[V]:
-        """Return the plants of a scenario: the nominal plant and its variants.
+        """Return the plants of a scenario: the nominal plant, then the other variants.
 
         For `variants: given`, the result is only the plant with the values under `given`. `owner`
         is the name of the document in messages. Raises FrictoolError if a plant's parameters are

@@ -38,12 +38,13 @@ def simulate(
     controller : Controller or None
         Controller document; None for a mechanism whose sources follow the scenario.
     scenario : Scenario
-        Reference or signals, disturbances, faults and variants.
+        Scenario document. With a controller, the scenario has a reference; without a controller,
+        it has signals of the sources.
     request : SimulationRequest
         Log to replay, number format of the controller, and compiled code; allowed only with a
         controller.
     provenance : Provenance, optional
-        Origin to store; by default this call.
+        Origin that the log states; by default, this call.
     names : DocumentNames
         Names of the documents in messages.
     progress : callable

@@ -81,8 +81,8 @@ def share_files(
 
     function: function(paths, job) that returns the result of a job.
     jobs: pairs (paths of the files that the job reads, job).
-    instead: function(job, reason) that returns a substitute for the result of a job that could not
-        be run, because several processes died or its files could not be transferred.
+    instead: function(job, reason) that returns a substitute for the result of a job. It is called
+        if several processes died during the job, or if the files could not be transferred.
     cores, cluster: as in `share` (job_sharing.py).
 
     Raises ClusterError if the cluster cannot be used. Raises OSError if a file cannot be read.

@@ -40,7 +40,8 @@ FallbackResult = Callable[[Any, str], Any] | None
 class PendingTask:
     """Task that is waiting or running.
 
-    deaths: number of processes that ended while they ran the task; 0 for a task with several jobs.
+    deaths: number of processes that ended while they ran the task. A task with several jobs has 0
+    deaths, because it is split after the first death.
     """
 
     task: Task
@@ -48,9 +49,9 @@ class PendingTask:
 
 
 def start_method() -> str:
-    """Return the start method of worker processes.
+    """Return the start method of worker processes: a fork server, or "spawn" on Windows.
 
-    "fork" would copy locks of other threads. Windows has no fork server.
+    The method "fork" is not used, because it would copy locks of other threads.
     """
     return "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 
@@ -179,7 +180,8 @@ class ProcessPool:
     def _lost(self, index: int) -> list[Answer]:
         """Replace a process that has ended, and make a separate task of each of its jobs.
 
-        If processes end again, it is then known which job they ran; only such a job is given up.
+            If a process ends during such a task, the job that caused the end is known; only this job
+        is given up.
         """
         dead = self._members[index]
         cause = dead.cause()
