@@ -105,7 +105,7 @@ def virgin_contact(
 
 @kernel
 def hold_levels(laws: Laws, y: Vector) -> float:
-    """Write the parameters of the law at the state y to the last array of `laws`.
+    """Write the law's parameters that are valid at the state y to the last array of `laws`.
 
     Returns the viscous friction [N | N m] that the extension adds at the speed in y.
     """
@@ -232,7 +232,7 @@ def _sample(driven: DrivenContact, t: float, y: Vector, zdot: Vector, row: Vecto
 
 @kernel
 def step_factor(error: float) -> float:
-    """Return (next step length)/(last step length); error: error of the last step/tolerance."""
+    """Return (next step length)/(last step length) for a last step with this error/tolerance."""
     if not math.isfinite(error):
         return SHRINKAGE
     return GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.25))

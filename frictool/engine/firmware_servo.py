@@ -24,7 +24,11 @@ from frictool.typing import Vector
 
 @kernel
 def limited_profile(goal: Vector, start: float, largest: float) -> Vector:
-    """Return a profile (n,) that follows `goal` from `start` in steps of at most `largest`."""
+    """Return a profile (n,) that follows `goal` (n,) with a limited rate.
+
+    The profile changes by at most `largest` per element; its value before the first element is
+    `start`.
+    """
     out = np.empty(goal.shape[0])
     at = start
     for k in range(goal.shape[0]):

@@ -267,7 +267,7 @@ def run_band(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate as `run_hybrid` does, with a law that treats velocities up to band(p) as rest.
+    """Simulate as `run_hybrid` does, with a law for which abs(velocity) <= band(p) is rest.
 
     Thesis (2.32) and (2.35)-(2.36) define these laws.
     """

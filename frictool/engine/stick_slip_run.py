@@ -61,7 +61,7 @@ class Trajectory:
 
     @property
     def mode(self) -> Vector:
-        """Return the mode (n,): 0 at rest, 1 or -1 in slip (the direction)."""
+        """Return the mode (n,): 0 at rest, in slip the direction of the slip, 1 or -1."""
         return self.samples[:, fb.SAMPLE_MODE]
 
     def times_of(self, kind: int = fb.BREAKS_AWAY) -> Vector:
@@ -123,7 +123,7 @@ def simulate(
     times
         Ascending times [s] within the run.
     state
-        State (5,) at the start, not changed; by default at rest at 0. A body with extended
+        State (5,) at the start, not changed; by default, rest at position 0. A body with extended
         friction has a state (8,) (engine/extended_friction_events.py). If `state` of such a body
         is (5,), the film starts in steady state, and the time at rest before `start` is 0 for a
         body at rest, infinite for a slipping body.

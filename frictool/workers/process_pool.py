@@ -180,8 +180,8 @@ class ProcessPool:
     def _lost(self, index: int) -> list[Answer]:
         """Replace a process that has ended, and make a separate task of each of its jobs.
 
-            If a process ends during such a task, the job that caused the end is known; only this job
-        is given up.
+        If a process ends during a task with one job, the job that caused the end is known. Only
+        such a job is given up.
         """
         dead = self._members[index]
         cause = dead.cause()

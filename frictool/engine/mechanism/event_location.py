@@ -217,14 +217,14 @@ def locate(
     """Shorten a step of length h to the first instant at which a guard is passed.
 
     Returns the new length, and True if the rates could not be evaluated. The row GUARD contains the
-    guards at the beginning of the step, the row TRIAL the guards at its end; at least one guard
-    must be passed there. Afterwards the rows END, AFTER, TRIAL and SPENT contain the results of the
-    shortened step.
+    guards at the beginning of the step, the row TRIAL the guards at the end; at least one guard
+    must be passed at the end. Afterwards the rows END, AFTER, TRIAL and SPENT contain the results
+    of the shortened step.
 
     The search brackets the first such instant and evaluates the step's dense output. For the guard
     of a speed or a position, the next instant is the zero of the cubic through both ends of the
-    bracket; for the guard of a force, it is that of regula falsi (Illinois). Every fourth iteration
-    bisects the bracket.
+    bracket. For the guard of a force, regula falsi (Illinois) gives the next instant. Every fourth
+    iteration bisects the bracket.
     """
     k, p, _ = machine
     y, modes, workspace = state.y, state.modes, state.workspace

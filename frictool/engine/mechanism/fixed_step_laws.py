@@ -122,7 +122,7 @@ def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: 
 
 @part_kernel
 def switch(machine: CompiledMechanism, state: MechanismState) -> int:
-    """Set the modes of fixed-step laws for the next step, from the last efforts on their blocks.
+    """Set the modes of fixed-step laws for the next step from the last efforts on the blocks.
 
     Returns a status of friction/status_codes.py.
     """

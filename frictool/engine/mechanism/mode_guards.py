@@ -21,7 +21,7 @@ BROKEN = -1.0  # value of a guard below which it has been passed
 def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
     """Return True if no guard of a force is passed.
 
-    These are the guards of sticking blocks, closed contacts, lossy joints and compliant flanks.
+    Sticking blocks, closed contacts, lossy joints and compliant flanks have guards of forces.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     for i in range(n):

@@ -103,8 +103,8 @@ class RateEvaluation(NamedTuple):
 class MechanismState(NamedTuple):
     """State of a mechanism; all arrays are changed in place.
 
-    y, drive, modes, work: see the module docstring. pace (4,) [s]: next step length, time since the
-    start of the run, time since the last command, step of the fixed-step laws.
+    The module docstring describes y, drive, modes and work. pace (4,) [s]: next step length, time
+    since the start of the run, time since the last command, step of the fixed-step laws.
     """
 
     y: Vector

@@ -99,9 +99,9 @@ def _spread_ratios(tree: JointTree) -> None:
 def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]:
     """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
-    Without load, a self-locking joint cannot hold its driving end, which slips under any effort.
-    The slip stops at once if the driving end then drives the load. leaves: True if the tree starts
-    to move. direction, acceleration: of the root.
+    An unloaded self-locking joint cannot hold the driving end, which slips under any effort. The
+    slip stops at once if the driving end then drives the load. leaves: True if the tree starts to
+    move. direction, acceleration: values of the root.
     """
     k, p, _, members, _, w = tree
     if stays_loaded(tree, 0.0):
@@ -126,7 +126,7 @@ def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]
 
 @bare_kernel
 def _jammed(tree: JointTree) -> int:
-    """Return the index in ORDER of the first block of the part whose effective inertia is <= 0.
+    """Return the index in ORDER of the first block of the jammed part (effective inertia <= 0).
 
     Contacts that would pull are open. The effective inertia includes losses.
     """
