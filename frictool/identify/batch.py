@@ -90,7 +90,10 @@ class BatchResult:
 
 
 def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
-    """Return groups of logs with unique names; `each` is "log" (one log a group) or "folder"."""
+    """Return groups of logs with unique names.
+
+    `each` is "log" for a group per log, or "folder" for a group per folder.
+    """
     together: dict[Path, list[FleetLog]] = {}
     for member in members:
         together.setdefault(member.path if each == "log" else member.path.parent, []).append(member)

@@ -73,7 +73,7 @@ class HiddenSaturation:
 
     - level: level at which the effort saturates, N m | N
     - needed: effort that the motion needs where the effort saturates, N m | N
-    - share: share of the slipping samples whose effort the saturation reduces
+    - share: fraction of the slipping samples whose effort the saturation reduces
     """
 
     level: float

@@ -2,8 +2,8 @@
 
     ratio x = arctan(x),   x = 2 pi tau/T
 
-This is thesis (4.7). `ratio` is the share of the noise power that passes the filter, tau the time
-constant, and T the sample period.
+This is thesis (4.7). `ratio` is the fraction of the noise power that passes the filter, tau the
+time constant, and T the sample period.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ CONVERGED = 1e-12
 
 
 def noise_ratio(time_constant: float, period: float) -> float:
-    """Return the share of the power of white noise that passes a low-pass filter (thesis 4.7).
+    """Return the fraction of the power of white noise that passes a low-pass filter (thesis 4.7).
 
     The time constant and the period are in s. A time constant of 0 gives 1.
     """
@@ -24,7 +24,7 @@ def noise_ratio(time_constant: float, period: float) -> float:
 
 
 def filter_for(ratio: float, period: float) -> float:
-    """Return the time constant [s] of the low-pass that passes the share `ratio` of the noise.
+    """Return the time constant [s] of the low-pass that passes the fraction `ratio` of noise power.
 
     Newton's method solves thesis (4.7). It converges because ratio x - arctan(x) is convex, and
     positive at the first guess pi/(2 ratio). Raises ValueError unless 0 < ratio < 1.

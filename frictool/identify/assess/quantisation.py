@@ -30,7 +30,7 @@ def inertia_error(
     - step: encoder step, rad | m
     - period: sample period, s
     - effort: largest effort, N m | N
-    - ratio: share of the noise power that passes the filter, 0 to 1; 1 without a filter
+    - ratio: fraction of the noise power that passes the filter, 0 to 1; 1 without a filter
     """
     return (
         inertia

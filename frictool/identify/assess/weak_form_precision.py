@@ -9,7 +9,7 @@ Convolved (*) with g, the equation of motion contains no derivative of a measure
 x is the position, u the effort, v the velocity, and n the noise of a row; e_u and e_x are the
 errors of effort and position. Least squares with the regressors G have the covariance N^-1 C N^-1,
 with N = G'G and the covariance C of G'n. The encoder's noise in the regressor c*x decreases the
-fitted inertia, relative to its value, by the share of noise in the power of c*x. This error is
+fitted inertia, relative to its value, by the fraction of noise in the power of c*x. This error is
 large if the window is too short.
 
 The result exceeds the Cramér-Rao bound, because all rows have equal weight. It is a standard

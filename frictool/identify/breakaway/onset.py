@@ -10,9 +10,9 @@ Coulomb friction. In the time t after t0, the axis moves by
     phi3(x) = (phi2(x) - 1/2)/x
 
 On average, the axis passes an edge of the encoder half a sample before the log shows the change. At
-this time, the axis has moved by s = start + (distance between the first and this change). `start`,
-the distance from the rest position to the first edge, is unknown and at most one count. t0 and
-`start` minimise the sum of the squared differences between this s and s(t). The excess at t0
+this time, the axis has moved by s = start + (distance from the first change to this change).
+`start`, the distance from the rest position to the first edge, is unknown and at most one count. t0
+and `start` minimise the sum of the squared differences between this s and s(t). The excess at t0
 follows from the ramp.
 
 The changes may not determine `start`; a single change never does. Another term of the sum therefore
@@ -92,7 +92,7 @@ def travel_tables(
     Coulomb friction of each onset. Friction decreases by `excess`, from the breakaway to Coulomb
     friction, with the Stribeck velocity `velocity`; if `velocity` is inf, friction does not
     decrease. The method is Runge-Kutta of order four, with short steps just after the onset, where
-    friction changes fast. The loop over the onsets is the inner one, which is faster.
+    friction changes fast.
     """
     m = duration.shape[0]
     tables = np.empty((m, STEPS, 6))
@@ -148,8 +148,8 @@ def looked_up(t: float, duration: float, tables: Tables, share: float) -> float:
     """Return the travel [rad | m] at t [s] after the onset; 0 for t <= 0.
 
     `tables` (2, STEPS, 6) are results of `travel_tables` for two excesses and one duration. The
-    travel is that of the second table plus `share` times the difference from the first to the
-    second.
+    travel is (1 + `share`) times the travel from the second table, minus `share` times the travel
+    from the first table.
     """
     if t <= 0.0:
         return 0.0
@@ -182,9 +182,9 @@ def misfit(
 ) -> tuple[float, float]:
     """Return the weighted sum of squares for the onset time `t0` [s], and the start [rad | m].
 
-    The start is the distance from the rest position to the first change. The sum is `timing` (start
-    - `expected`)^2, plus (travel - start - `seen`)^2 for each change. The returned start minimises
-    this sum.
+    The start is the distance from the rest position to the first change. The sum of squares is
+    `timing` (start - `expected`)^2, plus (travel - start - `seen`)^2 for each change. The returned
+    start minimises this sum.
 
     - time: times at which the encoder's count changes, (n,), s
     - seen: distance from the first change to each change, (n,), rad | m
@@ -194,8 +194,8 @@ def misfit(
     - timing: weight of the preferred start relative to one change (module docstring)
     - resolution: encoder step, rad | m; the start is between 0 and one step
     - duration, tables: arguments of `looked_up`; if `tables` is empty, friction drops immediately
-    - excesses: excess of each table, (2,), N m | N; the travel is linear in the excess, and
-      extrapolated at most by the difference of the two tables
+    - excesses: excess of each table, (2,), N m | N; the travel is linear in the excess, and is
+      extrapolated by at most the difference between the tables
     """
     excess = ramp[0] + ramp[1] * t0 - axis[2]
     change = excesses[1] - excesses[0]

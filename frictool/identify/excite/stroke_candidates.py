@@ -50,7 +50,7 @@ DRIVE_POINTS = 400  # number of points of a stroke at which the drive is compute
 class StrokeCandidate:
     """Stroke that a test may repeat, forward and backward.
 
-    - stroke: mean stroke; the reversal positions vary by the share SPREAD of `reach`
+    - stroke: mean stroke; the reversal positions vary by the fraction SPREAD of `reach`
     - reach: largest distance between two successive reversals, rad | m
     - information: information matrix of both directions, (p, p); the last rows and columns belong
       to the effects

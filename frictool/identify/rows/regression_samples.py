@@ -252,8 +252,8 @@ def _without(
 def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
     """Return the Coulomb friction, which is `summed` minus `sign` times `offset`.
 
-    `summed` is Coulomb friction plus `sign` times offset, fitted to motion in one direction, `sign`
-    = +-1. The interval of the result includes each offset in the interval `offset`.
+    `summed` is Coulomb friction plus `sign` times offset, fitted to motion in the direction `sign`
+    (+-1). The interval of the result includes each offset in the interval `offset`.
     """
     value = summed.value - sign * offset.value
     half = summed.half_width
