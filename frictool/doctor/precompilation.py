@@ -78,7 +78,7 @@ def compile_all(
 
 
 def all_rows() -> list[list[Any]]:
-    """Return the rows for kernels of friction laws that `kernels.json` lacks, then its rows."""
+    """Return the rows of `kernels.json`, after rows for the other kernels of friction laws."""
     listed: list[list[Any]] = json.loads(LIST.read_bytes())
     known = {(module, name) for module, name, *_ in listed}
     added = []

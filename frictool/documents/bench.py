@@ -237,8 +237,8 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
       counts.
     - `scale`: Factor by which the number in the file is multiplied.
     - `offset`: Number that is added after the multiplication.
-    - `zero_first_samples`: Number of samples at the start of the log. Their mean is subtracted from
-      the column before scale and offset are applied.
+    - `zero_first_samples`: Number of samples at the start of the log whose mean is subtracted from
+      the column, before scale and offset are applied.
     """
 
     column: str | int

@@ -161,7 +161,7 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
       m | N].
     - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` are valid [N m | N].
     - `speed`: Largest speed [rad/s | m/s] at the target from which the axis stops inside the rest
-      band while the drive is off. It is 0 for a limiter with condition `energy`.
+      band while the drive is off. The value is 0 for a limiter with condition `energy`.
     - `stop_time_s`: Longest time that an axis with the speed `speed` takes to stop.
     - `checks`: Hypotheses of the proof, each with its value and limit.
     """

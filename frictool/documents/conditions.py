@@ -24,9 +24,9 @@ Kind = Literal["lost_counts", "encoder_stuck", "encoder_invalid", "drive_offset"
 class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """External effort on the axis; a positive effort pushes forward.
 
-    - `kind`: Course of the effort. `step`: it is `effort` until the end. `pulse`: it is `effort`
-      for `duration_s`. `sine`: it is `effort` sin(2 pi frequency_hz (t - at_s) + phase_deg), for
-      `duration_s` or until the end.
+    - `kind`: Course of the effort. `step`: the effort has the level `effort` until the end.
+      `pulse`: the effort has this level for `duration_s`. `sine`: the effort is `effort` sin(2 pi
+      frequency_hz (t - at_s) + phase_deg), for `duration_s` or until the end.
     - `effort`: Level of the effort, or amplitude of the sine.
     - `on`: Block of a mechanism on which the effort acts. The default is the block that the
       controlled source drives.
@@ -47,12 +47,12 @@ class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Command of a mechanism's source: a current [A], a voltage [V] or an effort.
 
-    If a source has several signals, they are added.
+    If a source has several signals, their values are added.
 
-    - `kind`: Course of the signal. `step`: it is `level` until the end. `pulse`: it is `level` for
-      `duration_s`. `ramp`: it rises from 0 to `level` in `duration_s`, then stays constant. `sine`:
-      it is `level` sin(2 pi frequency_hz (t - at_s) + phase_deg), for `duration_s` or until the
-      end.
+    - `kind`: Course of the signal. `step`: the signal is `level` until the end. `pulse`: the signal
+      is `level` for `duration_s`. `ramp`: the signal rises from 0 to `level` in `duration_s`, then
+      stays constant. `sine`: the signal is `level` sin(2 pi frequency_hz (t - at_s) + phase_deg),
+      for `duration_s` or until the end.
     - `level`: Level of the signal, or amplitude of the sine.
     """
 

@@ -124,9 +124,9 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
       speed reference gain e.
     - `formula`: Formula of the gain of a square-root law, with Coulomb friction F and inertia J.
     - `band`: Half-width of the rest band [rad | m].
-    - `action`: `cut` switches the drive off inside the rest band. `brake` switches it off inside
-      the rest band only when the measured speed is below `rest_speed`. `none` never switches it
-      off.
+    - `action`: `cut` switches the drive off inside the rest band. `brake` switches the drive off
+      inside the rest band only when the measured speed is below `rest_speed`. `none` never switches
+      the drive off.
     - `settled_speed`: Speed of the prefilter below which `cut` and `brake` may act [rad/s | m/s].
     - `rest_speed`: Measured speed below which `brake` switches the drive off [rad/s | m/s].
     """
@@ -222,8 +222,8 @@ class FrictionCompensation(
     - `coulomb`: Coulomb friction of the model [N m | N].
     - `viscous`: Viscous friction of the model [N m s/rad | N s/m].
     - `smoothing_speed`: Speed scale below which the modelled friction decreases to 0 [rad/s | m/s].
-    - `speeds`: Rising signed speeds of a table [rad/s | m/s]; beyond its ends, the friction is
-      extrapolated linearly.
+    - `speeds`: Rising signed speeds of a table [rad/s | m/s]; beyond the ends of the table, the
+      friction is extrapolated linearly.
     - `efforts`: Friction at each speed of the table [N m | N].
     - `positions`: Rising positions [rad | m] of a table of additional friction; beyond the table,
       this friction is constant.
@@ -590,7 +590,7 @@ class Controller(
             )
         if cascade and self.limiter is not None:
             raise ValueError(
-                "`limiter` belongs to structure position; a cascade has position_law.action"
+                "`limiter` belongs to structure position; in a cascade use position_law.action"
             )
         if self.profile is not None and self.prefilter is not None:
             raise ValueError("`profile` replaces `prefilter`; remove one of them")

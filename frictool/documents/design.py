@@ -91,8 +91,8 @@ class Design(
       specification and bench.yaml, and `synth` prints each weight with its origin.
     - `position_law`: Speed reference from the position error; structure `speed_cascade` needs it.
     - `domain`: `discrete`: the controller is designed at the sample period of bench.yaml, with its
-      computational delay. `continuous`: it is designed in continuous time and discretised by
-      Tustin's rule.
+      computational delay. `continuous`: the controller is designed in continuous time and
+      discretised by Tustin's rule.
     - `prewarp_rad_s`: Frequency at which the discretisation of domain `continuous` is exact. The
       default is 0.
     - `schedule`: Parameters that span the polytope; `regime` is the speed regime (`laws.regimes` of
@@ -117,8 +117,8 @@ class Design(
     - `relax`: `auto` reduces the weights on disturbance and effort until the bound gamma of the
       norm is 1, but not further. `synth --plot` draws this trade-off.
     - `prefilter`: Low-pass filter of the position reference.
-    - `profile`: Profile with bounded jerk from the present position to the reference. It replaces a
-      prefilter.
+    - `profile`: Profile with bounded jerk from the present position to the reference. A profile
+      replaces a prefilter.
     - `feedforward`: Effort that the modelled axis needs to follow its reference; it is added to the
       drive.
     - `velocity`: Source of the speed signal.
@@ -232,7 +232,7 @@ class Design(
         law, limiter, compensation = self.position_law, self.limiter, self.friction_compensation
         if limiter is not None and self.structure != "position":
             raise ValueError(
-                "`limiter` belongs to structure position; a cascade has position_law.action"
+                "`limiter` belongs to structure position; in a cascade use position_law.action"
             )
         waits = [
             name

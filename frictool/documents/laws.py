@@ -270,6 +270,6 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
         for slower, faster in itertools.pairwise(regime.above.value for regime in self.regimes):
             if slower >= faster:
                 raise ValueError(
-                    f"regimes: found a knee at {faster:g} after one at {slower:g}; allowed: knees "
-                    "in rising order"
+                    f"regimes: found above {faster:g} after above {slower:g}; allowed: rising "
+                    "values of above"
                 )

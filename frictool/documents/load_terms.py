@@ -77,7 +77,7 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
     def __post_init__(self) -> None:
         if len(set(self.terms)) < len(self.terms):
-            raise ValueError("terms: found a term twice; allowed: each once")
+            raise ValueError("terms: found a term twice; allowed: each term once")
         if "offset" in self.terms and "coulomb_by_direction" in self.terms:
             raise ValueError(
                 "terms: found offset and coulomb_by_direction, which cannot be distinguished while "

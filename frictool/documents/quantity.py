@@ -245,7 +245,7 @@ def unit_registry() -> pint.UnitRegistry[float]:
 def _pint() -> ModuleType:
     """Return pint, imported without dask.
 
-    If dask is installed, pint imports it, which is slow; frictool uses no dask arrays.
+    If dask is installed, pint imports dask. This import is slow, and frictool uses no dask arrays.
     """
     hidden = "dask" not in sys.modules
     if hidden:

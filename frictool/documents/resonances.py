@@ -4,7 +4,7 @@
     H = prod_zeros (1 + 2 d s/w + s^2/w^2) prod (1 + s/w) / (the same product of the poles)
 
 The rigid position is the position that rigid links would have. w is an angular frequency [rad/s],
-d a damping ratio.
+and d is a damping ratio.
 """
 
 from __future__ import annotations

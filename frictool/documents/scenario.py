@@ -118,8 +118,8 @@ class Scenario(
     The reference of a closed loop is defined by `steps`, or by a `reference` from a log. A test
     without a controller has the commands of a mechanism's `sources` for `duration_s`.
 
-    - `start`: Position of the axis at the beginning, where it is at rest. The default is the first
-      value of a replayed reference.
+    - `start`: Position at which the axis rests at the beginning. The default is the first value of
+      a replayed reference.
     - `steps`: Successive steps of the reference.
     - `reference`: Logged channel as the reference.
     - `variants`: Plants that are simulated. `nominal`: the plant with the model's values.

@@ -123,8 +123,8 @@ class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
     - `kind`: Kind of the fault, as in `sensor_faults`.
     - `at_s`: Range of the start. The default is the start of the scenario.
-    - `lasts_s`: Range of the duration. It is required with kind `encoder_stuck`. If it is absent,
-      `encoder_invalid` and faults of the drive's sensor last to the end.
+    - `lasts_s`: Range of the duration. The key is required with kind `encoder_stuck`. If the key is
+      absent, `encoder_invalid` and faults of the drive's sensor last to the end.
     - `counts`: Range of the number of lost counts.
     - `offset`: Range of the sensor's offset.
     - `gain_error`: Range of the sensor's gain error.

@@ -1,8 +1,8 @@
 """Synthesis methods by name: the keys of a design that each method reads, and help texts.
 
-All facts on a method in designs, schemas and help texts come from the method's record here. A
-module in `synth/` with the name of the method implements it, by a function of the same name. The
-module is imported when the method is used.
+This module contains one record for each method. Designs, schemas and help texts take all facts on a
+method from its record. The method itself is a function with the name of the method, in a module of
+the same name in `synth/`. That module is imported when the method is used.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ class SynthesisMethod:
 
     - problem: problem that the method solves, as help text
     - use: case for which the method is suited, as help text
-    - reads: keys of a design that this method reads and some other methods do not
+    - reads: keys of a design that this method reads, but some other methods do not read
     - structures: controller structures for which the method works
     - check: function that raises ValueError if a design with this method contradicts itself
     - searched: True if `synth` searches structure, gains and weights by simulation; the design may
       contain blocks, which the search keeps
     - provided_gains: True if the design contains the gains. The integral of such a controller stops
-      while the drive is limited. In a cascade, its input is the speed error. The method needs no
-      weights
+      while the drive is limited. In a cascade, the input of the controller is the speed error. The
+      method needs no weights
     - more_margin: advice if the loop has too little margin
     - less_noise: advice if the encoder's noise is amplified too much
     """

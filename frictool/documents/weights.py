@@ -41,8 +41,8 @@ class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     - `noise_filter`: Frequency dependence of the noise weight W4. By default W4 is constant.
     - `eta`: Weight on eta, the input of the linear controller, which is a position error.
     - `uncertainty_hz`: Corner frequency of the uncertainty weight W5. The default is W5 = 1.
-    - `count_share`: Fraction of the drive's limit that one encoder count may command. It is used if
-      `command` is absent.
+    - `count_share`: Fraction of the drive's limit that one encoder count may command. This key is
+      used if `command` is absent.
     """
 
     # generalised plant (5.53)-(5.58), annex (24)-(26): bandwidth_rad_s is z2 of (5.56), 2 pi f2 of

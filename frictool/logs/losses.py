@@ -19,7 +19,7 @@ MOST = 1000
 
 
 class LossList(list[DataLoss]):
-    """List of data losses of limited length, because every row of a long log may be damaged."""
+    """Bounded list of data losses, because every row of a long log may be damaged."""
 
     def __init__(self) -> None:
         super().__init__()

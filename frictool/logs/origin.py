@@ -114,7 +114,7 @@ def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list
             file, text = matches[0]
             messages.append(
                 f"--date {pattern!r} finds {text!r} in {file}; this is not a date; allowed: "
-                "year, month, day, and hour, minute, second"
+                "year, month and day, optionally hour, minute and second"
             )
     return messages
 

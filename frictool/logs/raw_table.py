@@ -184,7 +184,7 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
     for name, n in rows.items():
         if n != rows[first]:
             mismatch = f"{first!r} has {rows[first]} samples, {name!r} has {n}"
-            raise LogError(source, f"{mismatch}; allowed: equal numbers for all columns")
+            raise LogError(source, f"{mismatch}; allowed: the same number for all columns")
     return rows.get(first, 0)
 
 

@@ -1,4 +1,4 @@
-"""Limit of the unpacked size of a file, against damaged files and decompression bombs."""
+"""Limit of the unpacked size of a file, which protects against decompression bombs."""
 
 from __future__ import annotations
 

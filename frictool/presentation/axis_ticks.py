@@ -30,8 +30,8 @@ class AxisTicks:
 def linear_ticks(ends: tuple[float, float], most: int, least_step: float = 0.0) -> AxisTicks:
     """Return ticks at round numbers between `ends`, at most `most` + 1 ticks if possible.
 
-    `least_step`: smallest allowed distance of two ticks, 1 for whole numbers. With 0, there are at
-    least FEWEST ticks, even if this exceeds `most`, and the axis has a grid.
+    least_step: smallest allowed distance of two ticks; 1 for whole numbers. If it is 0, the axis
+        has a grid and at least FEWEST ticks, even if this number exceeds `most`.
     """
     low, high = ends
     most = most if least_step > 0.0 else min(max(most, 1), MOST)

@@ -13,7 +13,7 @@ from frictool.typing import Vector
 
 @kernel
 def cone_indices(times: Vector, values: Vector, tolerance: float) -> NDArray[np.intp]:
-    """Return indices of samples such that lines between them stay within `tolerance` of the curve.
+    """Return indices of samples whose connecting lines stay within `tolerance` of the curve.
 
     The indices do not decrease, but an index may occur twice. Samples that are not finite are kept.
     """

@@ -82,7 +82,7 @@ class Mark:
         return self.kind in ("area", "across")
 
     def as_json(self, height: float, is_log: bool) -> dict[str, Any]:
-        """Return the mark as explore.js reads it.
+        """Return the mark in the form that explore.js reads.
 
         `height`: length of the ordinate's range. `is_log`: True if the abscissa is logarithmic.
         """

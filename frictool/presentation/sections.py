@@ -27,7 +27,7 @@ class FigureView:
     panel: int = 0
 
     def as_json(self) -> dict[str, Any]:
-        """Return the range as explore.js reads it."""
+        """Return the range in the form that explore.js reads."""
         return {
             "name": self.name,
             "panel": self.panel,
@@ -106,6 +106,6 @@ def aligned(rows: Sequence[Sequence[str]], names: int | None = None) -> list[str
 def plain(text: str) -> str:
     """Return text from a file without its control characters.
 
-    Terminals would execute them, and XML forbids them.
+    Terminals would execute control characters, and XML forbids them.
     """
     return "".join(c if c.isprintable() else "?" for c in text)

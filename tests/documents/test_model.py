@@ -51,7 +51,7 @@ def test_the_schema_describes_the_laws() -> None:
         (
             "value: 150.0",
             "value: 300.0",
-            ["regimes: found a knee at 260 after one at 300; allowed: knees in rising order"],
+            ["regimes: found above 260 after above 300; allowed: rising values of above"],
         ),
         (
             "reference: {value: 45.0, unit: degC}",

@@ -165,7 +165,7 @@ def test_what_the_log_says_of_unit_and_date_comes_first(
         (
             ("--date", "[0-9]{4}(?=-0)"),
             "--date '[0-9]{4}(?=-0)' finds '2026' in 2026-01-09.mcap; this is not a date; "
-            "allowed: year, month, day",
+            "allowed: year, month and day",
         ),
         (("--unit", "S[0-9]"), "--unit 'S[0-9]' matches no name of a log"),
     ],

@@ -90,6 +90,5 @@ def _element(kind: int, content: bytes) -> bytes:
 
 
 def _field(key: str) -> str:
-    """Return a name that MATLAB allows, such as `axis_position` for `/axis.position`."""
     name = "".join(c if c.isascii() and c.isalnum() else "_" for c in key).strip("_")
     return (name if name[:1].isalpha() else f"n{name}")[:63]

@@ -1,7 +1,7 @@
 """Writer of streams as channel groups of an MDF 4.10 file, with asammdf (extra `mdf`).
 
-The start time of the file is the clock time at time 0 of the log. It is 1970-01-01 if the log has
-no clock.
+The start time of the file is the clock time at time 0 of the log. The start time is 1970-01-01 if
+the log has no clock.
 """
 
 from __future__ import annotations

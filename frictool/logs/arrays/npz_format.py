@@ -89,7 +89,6 @@ class NpyArray:
         return ArrayColumn(self.open, self.start + first * size, self.dtype, rows, stride * size)
 
     def _fields(self) -> Iterator[tuple[str, ArrayColumn]]:
-        """Yield name and location of the vector, or of each scalar field of a structured vector."""
         rows = math.prod(self.shape)
         if self.dtype.names is None or self.dtype.fields is None:
             yield (

@@ -147,7 +147,7 @@ class GuardedTable:
 
 
 def open_guarded(path: Path, opened: Open) -> tuple[GuardedTable, ...]:
-    """Call `opened(path)` in a child process and return the tables that it returns.
+    """Call `opened(path)` in a child process and return the resulting tables.
 
     The rows of these tables are read in child processes, too. Raises LogError if the file cannot be
     opened.
@@ -191,10 +191,6 @@ def _send_losses(send: Callable[[Any], None], losses: list[DataLoss] | None) -> 
 def _child(
     path: Path, work: Callable[..., None], arguments: tuple[Any, ...]
 ) -> Iterator[tuple[Any, ...]]:
-    """Start a child process that runs `work`, and yield the answers that it sends.
-
-    Raises LogError if the child reports an error, dies, or does not answer.
-    """
     method = (
         "fork"
         if "fork" in multiprocessing.get_all_start_methods() and sys.platform != "darwin"
@@ -236,10 +232,6 @@ def _child(
 
 
 def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
-    """Wait for an answer of the child; return True if an answer has come.
-
-    Return False if the child uses `patience` [s] of processor time before it answers.
-    """
     begun = time.monotonic()
     used = _processor_time(pid)
     while not ours.poll(LOOK_S):

@@ -159,7 +159,6 @@ class CanonicalReader:
             )
 
     def _of_one_channel(self, part: FileSection) -> ChannelSamples | None:
-        """Return the samples if all messages are valid and belong to one channel; else None."""
         data = part.data
         if len(data) <= RECORD_HEAD + 2 or data[0] != MESSAGE_OPCODE:
             return None
@@ -214,7 +213,6 @@ class CanonicalReader:
     def _taken(
         self, channel: DeclaredStream, records: Records, part: FileSection
     ) -> Iterator[ChannelSamples]:
-        """Yield the samples of one channel whose values are finite and whose times increase."""
         time, values = _columns(records)
         if not np.isfinite(values).all():
             good = np.logical_and.reduce(np.isfinite(values))
@@ -271,11 +269,6 @@ class CanonicalReader:
         )
 
     def _check_counts(self) -> None:
-        """Compare the numbers of samples read with the file's statistics.
-
-        A difference raises LogError. With `--salvage`, the missing samples are recorded as lost
-        instead.
-        """
         counts = self._declarations.counts or {}
         samples = {
             number: self.channels[number].samples if number in self.channels else 0

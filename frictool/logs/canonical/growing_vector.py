@@ -1,4 +1,4 @@
-"""Vector that grows at its end, so that a file is read into one array without a second copy."""
+"""Vector that grows when values are appended, for reading a file into one array."""
 
 from __future__ import annotations
 

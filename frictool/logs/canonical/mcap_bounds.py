@@ -84,7 +84,6 @@ def whole_records(data: bytes) -> tuple[RecordBounds, int]:
 
 
 def _uniform(data: bytes) -> RecordBounds | None:
-    """Return the bounds if all records have the same opcode and length; else None."""
     if len(data) < RECORD_HEAD:
         return None
     opcode, length = _HEAD.unpack_from(data)

@@ -64,7 +64,7 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
     if compression == "zstd":
         try:
             if zstandard.frame_content_size(packed) not in (-1, size):  # -1: the frame does not say
-                raise ValueError("a zstd frame declares another size than its chunk")
+                raise ValueError("a chunk and its zstd frame declare different sizes")
             return _per_thread.zstd.decompress(packed, max_output_size=size)
         except zstandard.ZstdError as error:
             raise ValueError(str(error)) from None

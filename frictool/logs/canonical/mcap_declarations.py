@@ -35,9 +35,10 @@ class McapDeclarations:
     counts: dict[int, int] | None = None
 
     def take(self, opcode: int, body: bytes) -> Channel | None:
-        """Store what a record declares; return the channel if it declares one, else None.
+        """Store what a record declares; return the declared channel, or None for other records.
 
-        Other records are ignored. A damaged record raises one of the errors UNREADABLE.
+        Records that declare nothing are ignored. A damaged record raises one of the errors
+        UNREADABLE.
         """
         stream = ReadDataStream(io.BytesIO(body))
         if opcode == Opcode.SCHEMA:

@@ -124,7 +124,6 @@ class ChunkPacker:
 
 
 def _blank(stream: int, head: StreamHeader) -> tuple[np.dtype[np.void], bytes]:
-    """Return the dtype of a stream's messages, and a message with only the constant fields set."""
     dtype = message_dtype(len(head.fields))
     record = np.zeros(1, dtype)
     record["opcode"] = MESSAGE_OPCODE

@@ -156,12 +156,6 @@ class FileRecords:
         return length == FOOTER_LENGTH and after == MAGIC[: len(after)]
 
     def _wrong_crc(self, opcode: int, head: bytes, body: bytes, before: int | None) -> str | None:
-        """Return a text if the CRC of the data section or the summary is wrong; else None.
-
-        A stored CRC of 0 is not checked.
-
-        before: CRC of the bytes before the record; None if unknown.
-        """
         if len(body) < 4:
             return None
         self._bytes.begin_crc()
@@ -179,8 +173,8 @@ class FileRecords:
     def _stepped_over(self, start: int, opcode: int, length: int) -> DamagedBytes:
         """Skip to the next valid record and return the skipped bytes as damaged.
 
-        The search begins inside the last message if a message was read last, because its length may
-        be wrong.
+        If a message was read last, the search begins inside this message, because the declared
+        length of the message may be wrong.
         """
         record = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
         self._doubtful = None

@@ -222,10 +222,6 @@ def _label(name: str) -> str:
 
 
 def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
-    """Return the channels that a column fits, and the rank of its name; rank 0 is the clearest.
-
-    A column with an ambiguous name fits several channels.
-    """
     if one.preset is not None:
         return [one.preset.channel] if one.preset.channel != NO_CHANNEL else [], 0
     if is_no_signal(one.name):

@@ -162,11 +162,6 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
 
 
 def _start(table: RawTable) -> MemoryTable | None:
-    """Return the first rows of a table; None if the table has no column with numbers.
-
-    If a column contains cells that are not numbers, these cells are NaN. Empty columns are left
-    out.
-    """
     first, _ = next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
     if first is None:
         return None

@@ -112,10 +112,6 @@ class EncoderCounter:
     def _reset(
         self, steps: Vector, raw: Vector, limit: Vector, long: NDArray[np.bool_]
     ) -> NDArray[np.bool_]:
-        """Subtract the jumps that index pulses cause from `steps` (n,), in place.
-
-        Returns a mask (n,) of the steps that remain too long.
-        """
         indices = np.flatnonzero(long)
         if indices.size == 0:
             return long

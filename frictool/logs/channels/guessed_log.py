@@ -88,11 +88,6 @@ def guess_log(path: Path, layout: Layout | None = None) -> GuessedLog:
 def _lost(
     time: Vector, rows: NDArray[np.bool_], finite: dict[str, NDArray[np.bool_]]
 ) -> list[DataLoss]:
-    """Return a loss for each group of successive rows that are left out.
-
-    The array `rows` (n,) is True for the rows that are kept. A loss states which columns lack
-    numbers, and the times of the rows before and after the group.
-    """
     lost = LossList()
     edges = np.flatnonzero(np.diff(rows.astype(np.int8), prepend=1, append=1))
     for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):

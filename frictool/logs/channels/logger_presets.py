@@ -1,8 +1,8 @@
 """Presets: columns of the logs of known drives and robots, with the units that the files lack.
 
 A new preset is one record in PRESETS. A preset fits a log if a column matches each pattern of the
-preset's signature. If several presets fit, none is used. If the file does not determine the unit of
-a column, the user has to state it.
+preset's signature. If several presets fit, no preset is used. If the file does not determine the
+unit of a column, the user has to state it.
 """
 
 from __future__ import annotations

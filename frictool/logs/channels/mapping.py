@@ -199,7 +199,6 @@ class ChannelMapper:
         return self._intervals.last_ns if self._intervals.samples else None
 
     def _finite(self, block: RowBlock, salvage: bool) -> tuple[Rows, list[DroppedRows]]:
-        """Return the rows with valid numbers (finite, at most LARGEST), and the dropped rows."""
         bad = {name: ~(np.abs(block.columns[name]) <= LARGEST) for name in self._wanted}
         bad = {name: mask for name, mask in bad.items() if mask.any()}
         if not bad:
@@ -242,7 +241,7 @@ class ChannelMapper:
                 )
         if seconds.size and np.abs(seconds).max() > LATEST:
             worst = int(np.argmax(np.abs(seconds)))
-            error = f"time {seconds[worst]:g} s is beyond {LATEST:g} s; check its unit"
+            error = f"time: found {seconds[worst]:g} s; allowed: a magnitude of at most {LATEST:g} s; check its unit"
             raise fail_at(self._table, block.first_row + int(rows[worst]), error)
         time: Nanoseconds = np.rint(seconds * NS).astype(np.int64)
         return time
@@ -351,8 +350,8 @@ def check_rate(
     """Return warnings about a stream's times; raise LogError if the period is wrong.
 
     wanted: expected period in s; None to accept any period.
-    same: if True, the period may differ from the expected period by at most 20 %; if False, by at
-        most a factor of 30.
+    same: if True, the period may differ from the expected period by at most 20 %. If False, the two
+        periods may differ by at most a factor of 30.
     """
     period = 1.0 / base.rate_hz
     noted = []

@@ -52,10 +52,6 @@ def aligned(
 
 
 def _signal(flow: StreamSource, name: str) -> tuple[Vector, Vector]:
-    """Return the times in s and the values of a field, each (n,).
-
-    Raises ValueError if the stream has no such field.
-    """
     if name not in flow.head.fields:
         raise ValueError(
             f"{Path(flow.source).name} has no {name}; it has {', '.join(flow.head.fields)}"

@@ -2,8 +2,8 @@
 
     both clocks stamp the same messages   received time = sent time + offset + drift + delay; the
                                           delay is never negative. The closest line below all points
-                                          gives offset and drift. It is an edge of the lower convex
-                                          hull of the points.
+                                          gives offset and drift. This line is an edge of the lower
+                                          convex hull of the points.
     both instruments measure one signal   Each of several windows gives the lag of the second record
                                           y behind the first record x: the lag with the highest
                                           cross-correlation, refined by least squares of y(t) - x(t)
@@ -160,11 +160,6 @@ def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:
 def _line(
     grid: Vector, ahead: Vector, ours: Vector, theirs: Vector, lag_of: LagOf
 ) -> ClockDrift | None:
-    """Return offset and drift of the line through the lags of the windows.
-
-    grid: times (n,) in s of the samples `ours` (n,).
-    ahead: assumed lead (n,) of the second clock in s; `theirs` (n,) is sampled at grid + ahead.
-    """
     period = float(grid[1] - grid[0])
     rows = max(FEWEST_SAMPLES, grid.size // WINDOWS)
     # noise filter; the same for both signals, so that it shifts neither

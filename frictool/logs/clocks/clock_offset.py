@@ -2,12 +2,12 @@
 
     y(u) = a + b x(u - tau) + e
 
-x and y are the two records of the quantity. The clock of y, with the times u, leads by tau. a and b
-are the offset and the gain between the two sensors, and e is the residual. tau minimises the sum of
-squares of e, with |tau| <= most.
+x and y are the two records of the quantity. The clock of y, with the times u, leads the clock of x
+by tau. a and b are the offset and the gain between the two sensors, and e is the residual. tau
+minimises the sum of squares of e, with |tau| <= most.
 
-Both signals get the same smoothing first. Without it, the estimate of tau would be biased, because
-linear interpolation reduces the noise of x between the samples.
+Both signals are first smoothed in the same way. Without this smoothing, the estimate of tau would
+be biased, because linear interpolation reduces the noise of x between the samples.
 
 The variance of tau is computed from the slope s = b x', without the part that a and b can
 compensate. Because e is not white, the variance also contains the autocovariance of s e, up to the

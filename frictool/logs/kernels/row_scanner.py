@@ -61,7 +61,6 @@ def _is_break(byte: int, delimiter: int) -> bool:
 
 @kernel
 def _past_cell(text: NDArray[np.uint8], at: int, end: int, delimiter: int) -> tuple[int, int]:
-    """Return (end of the cell that begins at `at`, number of line ends between its quotes)."""
     lines = 0
     if text[at] == QUOTE:
         at += 1
@@ -115,7 +114,6 @@ def _ends_line(byte: int) -> bool:
 
 @inner_kernel
 def _next_cell(text: NDArray[np.uint8], at: int, delimiter: int) -> tuple[int, bool]:
-    """Return (start of the next cell, True if it is in the same row); `at` is the end of a cell."""
     if _ends_line(text[at]):
         return at, False
     after = _over_blanks(text, at if delimiter == BLANK else at + 1, delimiter)

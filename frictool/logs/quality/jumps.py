@@ -39,7 +39,7 @@ def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
 
 
 def lone(steps: Vector) -> NDArray[np.bool_]:
-    """Return a mask (n,) that is True at each jump if the top speed of the axis is unknown.
+    """Return a mask (n,) that is True at each jump; the top speed of the axis is not used.
 
     steps: differences (n,) of successive samples in counts.
     """
@@ -96,7 +96,7 @@ class PositionJumps:
 
     @property
     def wrap_bits(self) -> int | None:
-        """Return the number of bits of the counter if the jumps are its overflows, else None.
+        """Return the number of bits of the counter if the jumps are overflows of it, else None.
 
         The jumps are overflows under two conditions. Several jumps are as long as the counter's
         range, within `slack`. The counter values after the jumps span at most this range, within

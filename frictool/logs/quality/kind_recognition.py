@@ -80,10 +80,6 @@ def kind_of(stream: Stream) -> Kind | None:
 
 
 def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
-    """Return (first sample, index after the last sample) of each time in which the axis rests.
-
-    The axis rests while the position stays within `still` for at least REST samples.
-    """
     half = REST // 2
     spread = sliding_maximum(position, REST, half) + sliding_maximum(-position, REST, half)
     inside = sliding_maximum((spread <= still).astype(np.float64), REST, (REST - 1) // 2)
@@ -92,7 +88,6 @@ def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
 
 
 def _is_lines(values: Vector) -> bool:
-    """Return True if LINES spectral lines contain at least the share PURE of the power."""
     window = np.hanning(values.size)
     power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2
     total = float(power.sum())

@@ -95,7 +95,6 @@ def _line(drive: Vector) -> tuple[float, float, float]:
 
 
 def _zero(level: Vector, direction: Vector) -> float:
-    """Return the constant part of the drive signal; 0 if all starts have the same direction."""
     forward = level[direction > 0.0]
     backward = level[direction < 0.0]
     return (

@@ -15,8 +15,8 @@ The motion before the step is the sum of the last n steps, and the motion after 
 of the next n steps. n is the smallest of 2, 8, 32 and 128 for which both sums exceed noise and one
 count.
 
-Noise at the end of the period causes several long steps of alternating signs. If their number is
-odd, the first of them counts as the wrap; if it is even, there is no wrap.
+Noise at the end of the period causes several long steps of alternating signs. If the number of
+these steps is odd, the first step counts as the wrap. If the number is even, there is no wrap.
 
 The motion of an axis that rests, reverses or creeps at an end of the period may be smaller than
 the noise. Then the positions before and after each long step must be the ends of a known period. A
@@ -267,10 +267,9 @@ class RepeatedJumps:
         self._high = float(inside.max(initial=self._high))
 
     def _can_move(self, ends: Matrix) -> bool:
-        """Return True if the drive can move the axis by any of these jumps in one sample.
+        """Return True if the drive can move the axis by a jump in one sample.
 
-        ends: long steps (m, 5), in the form of `_ends`. The axis is assumed to have the same speed
-            before and after a jump.
+        The axis is assumed to have the same speed before and after the jump.
         """
         interval = ends[:, 1] - ends[:, 0]
         size = np.abs(ends[:, 3] - ends[:, 2])
@@ -282,10 +281,6 @@ class RepeatedJumps:
 
 
 def _directions(around: Matrix) -> tuple[int, int]:
-    """Return the numbers of long steps with forward motion and of those with backward motion.
-
-    around: steps (m, 2 WINDOW) around each long step, positive if opposite to the long step.
-    """
     change = np.abs(np.diff(around, axis=1))
     noise = np.nansum(change, axis=1) / np.maximum(np.isfinite(change).sum(axis=1), 1)
     size = np.abs(around)

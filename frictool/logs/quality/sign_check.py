@@ -41,7 +41,8 @@ WINDOWS = 400
 class SignCheck:
     """Result of the check of signs.
 
-    work: net work of the effort divided by its absolute work, -1 to 1; None if undetermined.
+    work: net work of the effort divided by its absolute work, -1 to 1; None if `net_work` cannot
+        determine it.
     reversed: names of the signals with a reversed sign. An element such as "position or effort"
         means that one of these two signals is reversed.
     """

@@ -8,11 +8,11 @@ this size (repeated_jumps.py).
 Natural periods are 2^b counts of the encoder and, on a rotary axis, half a turn and 2^b turns, with
 a whole number b. A wrap is certain in these cases:
 
-    natural period    the jump occurs three times; once is enough on a slow axis, or if the period
-                      is one turn
+    natural period    the jump occurs three times. On a slow axis, or if the period is one turn, one
+                      jump is enough
     other period      the drive cannot move the axis by the jump in one sample, and the jump occurs
-                      three times; on a slow axis twice is enough, or once if all jumps lead from
-                      one end of the range [-P/2, P/2] to the other
+                      three times. On a slow axis, two jumps are enough, or one jump if all jumps
+                      lead from one end of the range [-P/2, P/2] to the other
 
 If the motion is smaller than the noise, a wrap is certain under three conditions. The period is
 natural. The drive cannot move the axis by the jump in one sample. At least three jumps connect the
@@ -110,10 +110,6 @@ class WrapSearch:
         return self._wrap(jump) if self._is_sure(jump) else None
 
     def _noisy(self) -> Wrap | None:
-        """Return a wrap that is certain although the motion is smaller than the noise.
-
-        The result is None if there is no such wrap.
-        """
         for period in self._natural:
             for low in (0.0, -0.5 * period):
                 jump = self._jumps.between(low, low + period)

@@ -290,12 +290,6 @@ class MessageDecoder:
         values: Vector,
         present: NDArray[np.bool_],
     ) -> NDArray[np.intp]:
-        """Fill in the numbers of the messages that have this layout.
-
-        left: indices of the messages that are still to be filled in.
-
-        Returns the indices of the remaining messages, which have other layouts.
-        """
         if not left.size:
             return left
         fits = layout.fits(messages.at(left))

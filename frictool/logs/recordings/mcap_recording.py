@@ -86,10 +86,6 @@ class _McapPass:
             )
 
     def _grouped(self, part: FileSection) -> MessagesByChannel:
-        """Store the declarations of a section, and return its messages by channel.
-
-        Raises ValueError if a record is damaged.
-        """
         data = part.data
         bounds = record_bounds(data) if part.whole else whole_records(data)[0]
         for opcode, body in declared(data, bounds):

@@ -112,7 +112,6 @@ class BagRecording:
         return topics
 
     def _pieces(self, stream: BinaryIO) -> Iterator[tuple[TopicMessages | BagLoss, int]]:
-        """Yield the messages chunk by chunk; raise OSError if the bag cannot be read."""
         stream.seek(len(MAGIC))
         budget = UnpackedBudget(self.size)
         over = False  # True after the chunks, in the index of connections and chunks
@@ -166,10 +165,6 @@ class BagRecording:
             )
 
     def _grouped(self, data: bytes) -> tuple[TopicMessages, int]:
-        """Return (messages of a chunk by topic, end of the last complete record).
-
-        Raises ValueError if a message's connection is not declared.
-        """
         messages: TopicMessages = {}
         position = 0
         while position < len(data):
@@ -258,10 +253,6 @@ def _number(fields: Fields, name: bytes) -> int:
 
 
 def _plain(fields: Fields, data: bytes, budget: UnpackedBudget) -> bytes:
-    """Return the records of a chunk, decompressed as far as possible.
-
-    Raises ValueError if the chunk is too large or cannot be decompressed.
-    """
     size = _number(fields, b"size")
     compression = fields.get(b"compression", b"none")
     if size > LARGEST_CHUNK:

@@ -154,7 +154,6 @@ class JsonLinesTable:
             yield from enumerate(map(msgspec.json.encode, self._document), 1)
 
     def _row(self, line: bytes, wanted: Sequence[str]) -> Sequence[float] | None:
-        """Return the requested numbers, NaN for each missing number; None if all are missing."""
         found = self._decoder.numbers_of(line)
         if wanted and not any(name in found for name in wanted):
             return None

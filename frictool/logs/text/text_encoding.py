@@ -42,9 +42,9 @@ class TextEncoding:
 def encoding_of(head: bytes, requested: str | None = None) -> TextEncoding:
     """Return the encoding of a text that begins with the bytes `head`.
 
-    A byte-order mark decides. Without such a mark, the encoding is `requested`. If `requested` is
-    None, a text with NUL bytes is UTF-16; any other text is UTF-8 if it is valid UTF-8, else
-    Latin-1.
+    A byte-order mark determines the encoding. If the text has no such mark, the encoding is
+    `requested`. If `requested` is None, a text with NUL bytes is UTF-16; any other text is UTF-8 if
+    it is valid UTF-8, else Latin-1.
     """
     for mark, name in MARKS.items():
         if head.startswith(mark):
