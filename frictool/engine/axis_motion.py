@@ -9,11 +9,11 @@ the viscous coefficient changes (knee), at the limit of the Stribeck layer, and 
 range of the position polynomials. If the breakaway grows with the time at rest,
 engine/drive_lag.py computes the time of the breakaway.
 
-A slip has a closed form unless friction is nonlinear in speed or position, or a load depends on the
-position (plant/position_load.py). Without a closed form, a slip is integrated in steps
-(engine/slip_integration.py). A dynamic law such as LuGre has neither stick nor slip and is
-integrated by engine/dynamic_law_axis.py. Most axes need only the closed form: `advance_axis` with
-`curved` None is compiled without the integrators.
+A slip has a closed form unless the friction is nonlinear in speed, the friction depends on the
+position, or a load depends on the position (plant/position_load.py). Without a closed form, a slip
+is integrated in steps (engine/slip_integration.py). A dynamic law such as LuGre has neither stick
+nor slip and is integrated by engine/dynamic_law_axis.py. Most axes need only the closed form:
+`advance_axis` with `curved` None is compiled without the integrators.
 
 The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the

@@ -7,8 +7,8 @@ the friction. `run_dynamic` simulates a run of a mass without load; engine/dynam
 the steps of this module for an axis in a sampled loop. The kernels of the law are called by their
 addresses, so that the steps are compiled once for all laws.
 
-A dynamic law does not switch between stick and slip: in stick v is small, but not zero. In slip the
-equations are stiff, because the contact relaxes in microseconds. The integrator is therefore an
+A dynamic law does not switch between stick and slip: in stick, v is small, but not zero. In slip
+the equations are stiff, because the contact relaxes in microseconds. The integrator is therefore an
 implicit Rosenbrock method (engine/rosenbrock.py) with error control on v and z.
 
 In some laws, part of z is a memory, for example of past reversals, which is updated after accepted

@@ -2,7 +2,8 @@
 
     effort[k] --> axis --> position[k+1], velocity[k+1]
 
-The effort is constant within a period, or moves to effort[k+1] with the drive's lag.
+Within a period, the effort is constant if the drive has no lag. With a lag, the effort moves from
+effort[k] to effort[k+1].
 
 In most periods the axis slips in one direction under linear friction, without an event. The motion
 over such a period is linear in the state, with coefficients computed once. A test excludes events

@@ -8,8 +8,8 @@ BLOCK_stuck                     1 while friction keeps a block at rest; only for
                                 stick
 LINK_contact                    link with backlash: -1 or 1 at a flank, 0 between the flanks; end
                                 stop: -1 at the low end, 1 at the high end, 0 between the ends
-SOURCE_current, .. _effort      drive at the sample; if the drive jumps there, the value after the
-                                jump
+SOURCE_current, .. _effort      drive at the sample; if the drive jumps at the sample, the value
+                                after the jump
 SENSOR_position, .. _velocity   output of each sensor, without the faults of a scenario
 BLOCK_disturbance               mean external effort over the sample, if a scenario disturbs the
                                 block

@@ -1,8 +1,8 @@
 """Random mechanisms: every quantity with `low` and `high` is drawn uniformly and independently.
 
-If more mechanisms are drawn with the same seed, the first ones stay the same. A breakaway friction
-is drawn from the part of its range above the drawn Coulomb friction. If the breakaway has no range,
-its ratio to the Coulomb friction stays constant.
+If more mechanisms are drawn with the same seed, the first mechanisms stay the same. A breakaway
+friction is drawn from the part of its range above the drawn Coulomb friction. If the breakaway
+friction has no range, its ratio to the Coulomb friction stays constant.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Connection to a Dask scheduler, plain or by TLS, with one-line messages about failures.
+"""Connection to a Dask scheduler, without or with TLS, with one-line messages about failures.
 
     address ──▶ Dask's configuration ──▶ first connection with Dask's greeting ──▶ client
-                certificates missing         refused, other certificates, no answer,
-                or not for the key           or no scheduler
+                certificates are missing     refused, other certificates, no answer,
+                or do not match the key      or no scheduler
 
 The words below a step are its possible failures. The greeting precedes the creation of a client,
 because a refused greeting fails at once, with the reason.

@@ -3,7 +3,8 @@
     (paths, job) ──▶ worker: same size and SHA-256 at the paths? ──yes──▶ function(paths, job)
                          └─no──▶ bytes are requested and sent ──▶ function(copies, job)
 
-A shared file system is used if there is one. Copies are deleted after the job.
+If the worker finds the same files in a shared file system, no bytes are sent. Copies are deleted
+after the job.
 """
 
 from __future__ import annotations
