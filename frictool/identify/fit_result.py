@@ -67,7 +67,7 @@ def intervals_around(
 
 @dataclass(frozen=True)
 class TriedModel:
-    """Model that was compared with other models on strokes left out of the fit.
+    """Model that was compared with other models, if possible on strokes left out of the fit.
 
     - position_error: rms position error, rad | m
     - force_error: relative force error, defined in `force_error.py`
@@ -128,7 +128,7 @@ class SlidingFit:
     - fixed: intervals of the parameters that were not fitted, within the intervals in bench.yaml
     - force_error: relative force error, defined in `force_error.py` and comparable between methods;
       None if no sample slips
-    - tried: models that were compared on strokes left out of the fit
+    - tried: models that were compared
     - constants: identified constants of a servo
     """
 

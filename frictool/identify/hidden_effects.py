@@ -80,9 +80,9 @@ def _shift(
 def lasting_rms(residual: Vector, stroke: IntVector, lag: int, confidence: float) -> float:
     """Return the rms of the part of the residual that lasts longer than `lag` rows.
 
-    Its square is the mean product of two residuals of a stroke that are `lag` rows apart. The
-    result is 0 unless this mean is positive by Student's test of the strokes at the level
-    `confidence`.
+    The square of the result is the mean product of two residuals of a stroke that are `lag` rows
+    apart. The result is 0 unless this mean is positive by Student's test of the strokes at the
+    level `confidence`.
 
     - residual: residuals of the fit in the order of time, (n,)
     - stroke: number of the stroke of each row, (n,)

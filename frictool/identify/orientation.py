@@ -99,7 +99,7 @@ def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
 
 
 def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Interval | None:
-    """Return the mean effort along the strokes minus the offset, with its interval, N m | N.
+    """Return the mean effort in the direction of motion, without offset, N m | N.
 
     `direction` (s,) is +1 or -1, and `effort` (s,) is the mean effort of each stroke. Return None
     if there are too few strokes in one direction.

@@ -1,11 +1,11 @@
 """Breakaway from ramps (thesis 4.3), corrected for the delay of the encoder.
 
-In a breakaway ramp, the effort rises until the axis starts to move: the onset. The thesis takes the
-largest effort before each visible motion. This maximum is too high by several steps of the ramp,
-because the axis moves for some time before the encoder shows the motion. Here a line is fitted to
-the effort at rest. The breakaway is the value of this line at the time of the onset. The time of
-the onset is computed from the later motion (`onset`), with the inertia and the friction in slip.
-The uncertainty of inertia and friction widens the interval of the breakaway.
+In a breakaway ramp, the effort rises until the axis starts to move. This start is the onset. The
+thesis takes the largest effort before each visible motion. This maximum is too high by several
+steps of the ramp, because the axis moves for some time before the encoder shows the motion. Here a
+line is fitted to the effort at rest. The breakaway is the value of this line at the time of the
+onset. The time of the onset is computed from the later motion (`onset`), with the inertia and the
+friction in slip. The uncertainty of inertia and friction widens the interval of the breakaway.
 
 The breakaway is constant, or a function of position and direction (`position_law`). The friction in
 slip is assumed to be proportional to the breakaway (thesis 4.42).

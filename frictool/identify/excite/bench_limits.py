@@ -32,7 +32,8 @@ ROUNDING = 1e-9
 class BenchLimits:
     """Worst-case limits of a bench in SI units.
 
-    - low, high: ends of the travel minus its margins; infinite if the bench declares no travel
+    - low, high: ends of the travel, reduced by a margin at either end; infinite if the bench
+      declares no travel
     - speed: top speed
     - effort: effort of the weakest actuator at the drive's limit
     - inertia, viscous, coulomb, offset: largest a-priori values

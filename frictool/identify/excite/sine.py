@@ -1,9 +1,9 @@
 """Sine of the position, and the condition number of its regression (thesis 4.30 to 4.33).
 
 If the equation is scaled by sqrt(2)/V with the top speed V, the condition number is 19 for every V,
-the least possible value. The sine is therefore chosen by another criterion: of the sines that the
-bench can follow, the chosen sine has the smallest largest relative Cramér-Rao bound of inertia,
-viscous and Coulomb friction.
+the least possible value. The sine is therefore chosen by another criterion. For each sine that the
+bench can follow, the largest of the relative Cramér-Rao bounds of inertia, viscous and Coulomb
+friction is computed. The sine with the smallest result is chosen.
 """
 
 from __future__ import annotations

@@ -59,9 +59,9 @@ def refuse_hidden_inertia(
     acceleration: Vector,
     smoothing: str,
 ) -> SlidingFit:
-    """Return the fit, without the inertia if the encoder is too coarse to identify the inertia.
+    """Return the fit; drop the inertia if the encoder is too coarse to identify it.
 
-    The field `refused` then contains the reason from `unresolved_inertia`.
+    If the inertia is dropped, `refused` contains the reason from `unresolved_inertia`.
     """
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
     if reason is None or "inertia" not in fit.parameters:
