@@ -243,7 +243,7 @@ def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[Ra
 
 
 def format_for(path: Path) -> Format | None:
-    """Return the format to write for the suffix of `path`; None if no format has this suffix."""
+    """Return the format that is written for the suffix of `path`; None for other suffixes."""
     return next((one for one in WRITTEN.values() if path.suffix.lower() in one.suffixes), None)
 
 

@@ -39,7 +39,7 @@ class IngestRequest:
     unit : str or None
         Serial number of the actuator.
     date : str or None
-        Date of the recording (ISO 8601), if the files contain none.
+        Date of the recording (ISO 8601); None to use the date in the files, if any.
     salvage : bool
         If True, the readable part of a damaged file is kept; if False, damage raises LogError.
     """

@@ -102,7 +102,7 @@ class Log(ResultView):
     source : str
         Name of the log in error messages, such as its file name.
     warnings : tuple of str
-        Warnings about the raw file from which the log was read; not written to a file.
+        Warnings about the raw file from which the log was read. They are not written to a file.
     """
 
     streams: tuple[Stream, ...]

@@ -38,7 +38,7 @@ class NamePatterns:
 
 @dataclass(frozen=True)
 class LogOrigin:
-    """Actuator and date of a log; None if unknown.
+    """Actuator and date of a log; unknown values are None.
 
     unit: name or serial number of the actuator.
     date: date in ISO 8601; a date that comes from a clock is in UTC.

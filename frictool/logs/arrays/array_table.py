@@ -228,7 +228,7 @@ def find_array(names: Sequence[str], wanted: str | int) -> str | None:
 
 
 def other_notation(names: Sequence[str], wanted: str) -> str | None:
-    """Return the name of the matrix column or row that `wanted` denotes; None if there is none.
+    """Return the name of the matrix column or row that `wanted` denotes, else None.
 
     `wanted` may be in MATLAB's or in NumPy's notation. Blanks are ignored.
     """

@@ -126,8 +126,8 @@ class HdfVector:
     """Vector in a dataset of HDF5.
 
     dataset: dataset of h5py.
-    index: position of the vector, as an index along each axis of the dataset; None for the axis
-        along which the vector extends.
+    index: for each axis of the dataset, the index of the vector; None for the axis along which the
+        vector extends.
     rows: number of values.
     """
 

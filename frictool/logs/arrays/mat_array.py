@@ -20,7 +20,8 @@ class MatrixLine(NamedTuple):
     """Column or row of a matrix, used as a column of a table.
 
     name: name such as `x(:,1)`.
-    first: index of the line's first value in the numbers of the matrix, column by column.
+    first: index of the line's first value among the numbers of the matrix, which are counted column
+        by column.
     rows: number of values.
     stride: difference of this index between consecutive values of the line.
     """

@@ -77,8 +77,8 @@ def _array(name: str, kind: str, shape: tuple[int, int], content: bytes) -> byte
     )
     if len(head) + len(content) > LONGEST:
         raise OutputError(
-            f"variable {name or 'of a structure'} has {len(content)} bytes; allowed in MATLAB: "
-            f"{LONGEST}; shorten the log by `frictool ingest --from --to`"
+            f"variable {name or 'of a structure'} has {len(content)} bytes; allowed in MATLAB: at "
+            f"most {LONGEST}; shorten the log by `frictool ingest --from --to`"
         )
     return _element(MATRIX, head + content)
 

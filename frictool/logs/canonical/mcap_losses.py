@@ -60,7 +60,7 @@ class MissingSamples:
             self.lost.append(CanonicalLoss(reason, first=last))
 
     def until(self, time: int) -> None:
-        """End the current loss at the time [ns] of the next sample that can be read."""
+        """End the current loss at `time` [ns], the time of the next sample that can be read."""
         if self._endless is not None:
             self.lost[self._endless] = self.lost[self._endless]._replace(last=time)
             self._endless = None
@@ -69,8 +69,8 @@ class MissingSamples:
         """Complete the losses with the numbers of samples that the file's statistics state.
 
         The statistics may count samples that are neither read nor recorded as lost. If exactly one
-        loss has an unknown number of samples, these samples are assigned to it. Otherwise these
-        samples are recorded as additional losses.
+        loss has an unknown number of samples, these samples are assigned to that loss. Otherwise
+        they are recorded as additional losses.
 
         counts: channel -> number of samples in the statistics.
         samples_read: channel -> number of samples read.

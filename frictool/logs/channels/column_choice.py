@@ -95,7 +95,7 @@ class OfferedColumn:
 
     @property
     def unit(self) -> str | None:
-        """Return the unit from the file, the preset or the end of the name; None if unknown."""
+        """Return the unit in the file, in the preset or at the end of the name; None if unknown."""
         given = self.table.units.get(self.name)
         if given or self.preset is None:
             return given or unit_in(self.name)
@@ -153,7 +153,7 @@ def names_motion(unit: str, axis: Axis) -> bool:
 
 
 def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
-    """Return channel -> choice, for each channel that at least one column fits."""
+    """Return the choice for each channel that at least one column fits; the keys are channels."""
     fitting: dict[str, list[tuple[int, OfferedColumn]]] = {}
     for one in offered:
         channels, rank = _channels(one, axis)

@@ -27,7 +27,7 @@ GIVE = "give --bench bench.yaml (`frictool ingest --guess` proposes one)"
 
 @dataclass(frozen=True)
 class GuessedLog:
-    """Log of a raw file, and the guess which of its columns are which channels."""
+    """Log of a raw file, and the guessed assignment of its columns to channels."""
 
     log: Log
     guess: ColumnGuess

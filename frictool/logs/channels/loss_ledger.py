@@ -52,7 +52,7 @@ class LossLedger:
             inbox.clear()
 
     def reach(self, after: int) -> None:
-        """End the current losses at the time [ns] of the next sample."""
+        """End the current losses at `after` [ns], the time of the next sample."""
         for loss in self._open:
             self._losses.append(replace(loss, end_s=after / NS))
         self._open.clear()
@@ -64,7 +64,7 @@ class LossLedger:
 
         kept: indices of the rows that are kept.
         time: times of the kept rows in ns.
-        before: time in ns of the last sample before the block; None before the first.
+        before: time in ns of the last sample before the block; None before the first sample.
         """
         for reason, rows in dropped:
             for run in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):

@@ -241,7 +241,10 @@ class ChannelMapper:
                 )
         if seconds.size and np.abs(seconds).max() > LATEST:
             worst = int(np.argmax(np.abs(seconds)))
-            error = f"time: found {seconds[worst]:g} s; allowed: a magnitude of at most {LATEST:g} s; check its unit"
+            error = (
+                f"time: found {seconds[worst]:g} s; allowed: a magnitude of at most {LATEST:g} s; "
+                "check its unit"
+            )
             raise fail_at(self._table, block.first_row + int(rows[worst]), error)
         time: Nanoseconds = np.rint(seconds * NS).astype(np.int64)
         return time

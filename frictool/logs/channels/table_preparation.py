@@ -28,10 +28,11 @@ FindingTexts = Callable[[], tuple[str, ...]]
 def prepare_tables(
     tables: Sequence[RawTable], bench: Bench
 ) -> tuple[tuple[RawTable, ...], list[FindingTexts]]:
-    """Return the prepared tables, and functions that return warnings after the tables are read.
+    """Return the prepared tables, and functions that return warnings.
 
-    If bench.yaml has encoders in `quadrature`, raises LogError if one of their channels is missing
-    or if the file has several tables.
+    The functions must be called after the tables have been read. If bench.yaml has encoders in
+    `quadrature`, LogError is raised if a channel of an encoder is missing, or if the file has
+    several tables.
     """
     ready = tuple(zeroed(table, bench.columns) for table in tables)
     if not bench.quadrature:

@@ -72,7 +72,8 @@ class ZeroedTable(DerivedTable):
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
     """Return the table with the zero offsets of columns with `zero_first_samples` subtracted.
 
-    A column that may be in the damaged part of the file is not changed; `bind` reports it.
+    A column that may be in the damaged part of the file is not changed; `bind` reports such a
+    column.
     """
     counts: dict[str, int] = {}
     for one in columns.values():

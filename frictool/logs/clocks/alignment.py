@@ -20,7 +20,7 @@ MOST_SAMPLES = 1_000_000  # maximum number of samples compared, from the start o
 def aligned(
     reference: StreamSource, flow: StreamSource, estimate: ClockEstimate, reference_ahead_ns: int
 ) -> tuple[int, str]:
-    """Return the lead in ns of a stream's clock, and a text on its estimation.
+    """Return the lead in ns of a stream's clock, and a text that describes the estimate.
 
     The lead is the time by which the clock of `flow` is ahead of the log's clock.
 

@@ -18,7 +18,7 @@ from frictool.logs.raw_table import Nanoseconds
 def increasing(time: Nanoseconds, after: int | None) -> NDArray[np.intp]:
     """Return the indices (m,) of a longest strictly increasing subsequence of times (n,) in ns.
 
-    after: time in ns before all times of the subsequence; None for no limit.
+    after: time in ns that must precede all times of the subsequence; None for no limit.
     """
     ends: list[int] = []  # smallest last time of a subsequence of each length
     indices: list[int] = []

@@ -1,8 +1,9 @@
 """Pointer to the first element of an array, for compiled loops that pass the array to functions.
 
-If an array is passed, numba counts the references to it with an atomic addition in every call,
-inlined or not. This addition takes longer than reading a digit. References to a pointer are not
-counted, and indices are not checked for negative values. The caller has to keep the array alive.
+If an array is passed, numba counts the references to the array with an atomic addition in every
+call, even if the called function is inlined. This addition takes longer than reading a digit.
+References to a pointer are not counted, and indices are not checked for negative values. The caller
+has to keep the array alive.
 """
 
 from __future__ import annotations

@@ -33,10 +33,10 @@ PADDING = 64  # line feeds after the end of the text, which the scanner may read
 class ScanProgress(NamedTuple):
     """Progress of a scan.
 
-    rows: total number of rows filled in the arrays of values.
+    rows: total number of rows that are filled in `values` and `stamps`.
     used: number of bytes read.
     lines: number of lines read.
-    issues: number of rows filled in the array `issues`.
+    issues: number of rows that are filled in the array `issues`.
     last_line: number of the text line with the last row.
     """
 

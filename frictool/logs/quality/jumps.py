@@ -96,7 +96,7 @@ class PositionJumps:
 
     @property
     def wrap_bits(self) -> int | None:
-        """Return the number of bits of the counter if the jumps are overflows of it, else None.
+        """Return the number of bits of the counter if the jumps are counter overflows, else None.
 
         The jumps are overflows under two conditions. Several jumps are as long as the counter's
         range, within `slack`. The counter values after the jumps span at most this range, within
@@ -137,7 +137,7 @@ class PositionJumps:
         )
 
     def hint(self) -> str:
-        """Return the likely cause of the jumps and the setting to try."""
+        """Return the likely cause of the jumps, with the key of bench.yaml that may correct them."""
         bits = None if self.unwrapped else self.wrap_bits
         index = self.index
         if bits is not None:

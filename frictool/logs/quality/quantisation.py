@@ -12,7 +12,7 @@ MOST = 1 << 17
 
 
 class DistinctValues:
-    """Collector of the distinct values of one signal; it stops when it has MOST values."""
+    """Collector of the distinct values of one signal, up to MOST values."""
 
     def __init__(self) -> None:
         self._values: Vector = np.empty(0)

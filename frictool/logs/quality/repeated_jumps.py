@@ -73,7 +73,7 @@ class RepeatedJump:
         file.
     slow: True if the axis moves by less than P / 100 in the steps before and after a jump.
     centred: True if every jump leads from one end of the range [-P/2, P/2] to the other.
-    movable: True if the drive can move the axis by a jump in one sample.
+    movable: True if the drive can move the axis in one sample as far as a jump.
     """
 
     low: float
@@ -267,7 +267,7 @@ class RepeatedJumps:
         self._high = float(inside.max(initial=self._high))
 
     def _can_move(self, ends: Matrix) -> bool:
-        """Return True if the drive can move the axis by a jump in one sample.
+        """Return True if the drive can move the axis in one sample as far as a jump.
 
         The axis is assumed to have the same speed before and after the jump.
         """

@@ -5,8 +5,8 @@ parabola. Then the topmost class has at most 1/(sqrt(2) - 1) = 2.4 times as many
 class below, for any quantisation. A clipped signal has most samples in the topmost class, and stays
 at one value for several samples.
 
-A signal that repeats its values everywhere has no flat tops, for example a command between two
-updates. An extreme value of 0 is no flat top either, because the axis may rest.
+A signal that repeats its values everywhere, such as a command between two updates, has no flat
+tops. An extreme value of 0 is not a flat top, because the axis may rest.
 """
 
 from __future__ import annotations

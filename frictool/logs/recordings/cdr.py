@@ -44,7 +44,7 @@ class NumberField:
     offset: index in the message of the first byte of the field.
     dtype: type of a number, such as `<f8`.
     count: length of the array; None for a single number.
-    labels: names of the array's elements; empty if they have no names.
+    labels: names of the array's elements; empty if the elements have no names.
     """
 
     path: str
@@ -56,8 +56,8 @@ class NumberField:
     def paths(self) -> Iterator[str]:
         """Yield the paths of the field's numbers.
 
-        An element of an array with labels has two paths: first those with labels are yielded, then
-        those with indices.
+        An element of an array with labels has two paths. The paths with labels come first, then the
+        paths with indices.
         """
         if self.count is None:
             yield self.path

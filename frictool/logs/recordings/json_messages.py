@@ -21,7 +21,7 @@ def decoded(data: bytes) -> object:
 
 
 class JsonDecoder(ObjectDecoder):
-    """Decoder of JSON messages; `true` becomes 1, `false` 0, and `null` a missing number."""
+    """Decoder of JSON messages; `true` is 1, `false` is 0, and `null` is a missing number."""
 
     def __init__(self) -> None:
         super().__init__(decoded)

@@ -90,7 +90,7 @@ class CsvTable:
         return find(self.layout.names, wanted)
 
     def line(self, row: int) -> int | None:
-        """Return the number of the line of the row `row` in the file; blank lines count."""
+        """Return the line number of the row `row` in the file; blank lines are counted, too."""
         slots = np.full(len(self.layout.names), SKIP)
         return next(
             (

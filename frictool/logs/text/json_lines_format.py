@@ -175,7 +175,7 @@ class JsonLinesTable:
 
 
 def _lines(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Yield number and text of each line that is not blank, cut off after LONGEST + 2 bytes.
+    """Yield the number and the first LONGEST + 2 bytes of each line that is not blank.
 
     A byte-order mark is left out.
     """
@@ -191,7 +191,7 @@ def _lines(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
 def _document_rows(path: Path) -> list[dict[str, object]] | None:
     """Return the samples of a document with one list of samples; None for any other file.
 
-    Each sample contains the keys of the document outside the list.
+    Each sample also contains the keys that are outside the list.
     """
     with open_log(path) as stream:
         lines = _lines(stream)
