@@ -215,8 +215,7 @@ def conduct(
 
     Trials in `store` are not repeated.
 
-    `shared`: function that takes the expected duration of the work [s]; it returns a function
-        that runs jobs in one or several processes.
+    `shared`: result of `sharing`, which is called with the expected duration of the work [s].
     `commands`: function that returns the commands to simulate the scenario file of a given name.
 
     Raises NoSolutionError if the nominal run decides no requirement.

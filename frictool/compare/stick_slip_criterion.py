@@ -34,7 +34,8 @@ class StickSlipResult:
         """Return `+` or `-` by comparison with the exact law, simulated event by event.
 
         The symbol is `+` if the law has at most one stick fewer than the exact law, and the periods
-        of the two laws differ by at most 2 %. It is also `+` if both laws have at most one stick.
+        of the two laws differ by at most 2 %. The symbol is also `+` if both laws have at most one
+        stick.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

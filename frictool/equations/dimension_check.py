@@ -17,7 +17,7 @@ from frictool.plant.mechanism.element_error import ElementError
 def check_equation(equation: Equation) -> int:
     """Check the dimensions of an equation; return the number of its terms.
 
-    Raises ElementError for the first term whose dimension differs from that of the equation.
+    Raises ElementError for the first term whose dimension differs from the unit of the equation.
     """
     of = Term(((equation.of, 1),))
     return check_sum(

@@ -1,7 +1,7 @@
 """Controller as a Functional Mock-up Unit, with `NAME.c` and `NAME.h` of `--lang c` as sources.
 
 The unit executes one sample per period. The drive at the end of a communication step is computed
-from the inputs at the start of the step, so that it acts one period after the measurement.
+from the inputs at the start of the step. The drive therefore acts one period after the measurement.
 """
 
 from __future__ import annotations

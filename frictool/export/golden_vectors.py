@@ -227,8 +227,8 @@ class _VectorSequence:
     def push(self, bands: float) -> None:
         """Push the axis out of the band in which the controller sets the drive to 0, and back.
 
-        The return begins when the measured speed has decayed. It is faster than the rest speed of
-        the position law.
+        The return begins when the measured speed has decayed. The return speed is higher than the
+        rest speed of the position law.
         """
         reference = self.rows[-1][0]
         start = self.position

@@ -1,7 +1,7 @@
 """Fixed-point part of the C header: interval of every value, and macros that convert values.
 
-A value in fixed point is an integer, its word, times 2^-fraction; fraction is the number of its
-fraction bits.
+A value in fixed point is an integer (the word of the value) times 2^-fraction; fraction is the
+number of fraction bits.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def proof_lines(names: CNames, scaled: FixedProgram) -> list[str]:
 def field_note(table: NamedArray, scaled: FixedProgram) -> str:
     """Return resolution and range [SI] of each element of a state as text.
 
-    If they are the same for all elements, the text states them once.
+    If all elements have the same resolution and range, the text states them once.
     """
     notes = []
     for node in table.nodes.values():

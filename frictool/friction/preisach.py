@@ -1,7 +1,7 @@
 """The Preisach operator in Everett form (thesis 3.18), on a triangle of n x n cells (3.4.3, 3.7.1).
 
     F = int_S+ mu - int_S- mu          S+: set of relays (alpha, beta), alpha >= beta, that are up;
-                                       S-: set of those that are down; mu: density of the relays
+                                       S-: set of relays that are down; mu: density of the relays
     E(alpha, beta)                     integral of mu over the triangle between beta and alpha;
                                        equals half the change of F from a reversal at beta to alpha
     virgin (demagnetised)              F = sign(z) E(|z|, -|z|)

@@ -27,7 +27,7 @@ def command_peak(command: Vector) -> float:
 def larger_peak(command: Vector | None, measured: Vector | None) -> float:
     """Return the larger peak [A | V] of the command (n,) and the measured drive (n,).
 
-    If one of them is None, return the peak of the other.
+    If one signal is None, return the peak of the other signal.
     """
     peaks = [] if command is None else [command_peak(command)]
     return max(peaks if measured is None else [*peaks, drive_peak(measured)])

@@ -1,8 +1,8 @@
 """Holds (phases of constant reference), and the steps with which they begin.
 
 A *hold* is a sequence of at least 20 samples with the same reference. A hold begins with a *step*
-if it follows another hold with at most three samples in between, which resampling can add. The step
-starts at the first sample at which the reference has left the previous hold.
+if at most three samples, which resampling can add, separate this hold from the previous hold. The
+step starts at the first sample at which the reference has left the previous hold.
 
 The first hold begins with a step from the initial position if the axis moves at least half of the
 distance to the reference. A jump of at most one sensor step is not a step: a reference replayed

@@ -27,8 +27,8 @@ def response_time_95(
     `time` and `position` (n,) are the samples after a step of the reference from `origin` to
     `target`. `resolution` is the step of the position sensor [rad or m]. `zone_half_width` returns
     the half width of the zone. The result is infinite if the position is outside the zone in the
-    last tenth of the samples. It is also infinite if the final value differs from the target by
-    more than half of the step.
+    last tenth of the samples. The result is also infinite if the final value differs from the
+    target by more than half of the step.
     """
     final = final_value(position)
     if abs(target - final) > 0.5 * abs(target - origin):

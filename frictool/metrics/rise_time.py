@@ -19,8 +19,8 @@ def rise_time(time: Vector, position: Vector, origin: float, target: float) -> f
     The displacement is measured from the position at the step to the final value. `time` and
     `position` (n,) are the samples after a step of the reference from `origin` to `target`. The
     first passages through 10 and 90 % count, interpolated between samples. The result is infinite
-    if the final value differs from the target by more than half of the step. Otherwise it is 0 if
-    the axis moves by at most 1 % of the step.
+    if the final value differs from the target by more than half of the step. Otherwise the result
+    is 0 if the axis moves by at most 1 % of the step.
     """
     final = final_value(position)
     start = float(position[0])

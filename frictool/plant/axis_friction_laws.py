@@ -82,7 +82,7 @@ class FrictionPositionShape(NamedTuple):
 class AxisLaws(NamedTuple):
     """Friction of an axis by direction, speed, position and time at rest, and end stops; SI.
 
-    With the default values, the friction is that of `AxisParameters`. backward: friction in the
+    With the default values, only the friction in `AxisParameters` acts. backward: friction in the
     negative direction; None if it equals the friction in the positive direction. fresh: breakaway
     just after a stop divided by the breakaway after a long rest. rise_time [s]: rise time tau of
     the breakaway; 0 if the breakaway does not depend on the time at rest. stribeck_velocity: 0

@@ -212,7 +212,7 @@ def multiply(f: Forms, d: int, a: int, b: int) -> None:
 
 @bare_kernel
 def release(f: Forms, a: int, share: float) -> None:
-    """Replace the error of row a by a new generator, so that later forms depend on it linearly.
+    """Replace the error of row a by a new generator, on which later forms depend linearly.
 
     Nothing changes if the error is at most `share` of the row's radius, or if no generator is free.
     """

@@ -14,7 +14,7 @@ The integration takes steps that provably contain no event, until at most EVENT 
 before the next event. The bounds over these EVENT seconds contain every possible motion. If it is
 uncertain whether a stop happens before or after the end of the sample, the result consists of two
 sets of states: one after the stop, one of an axis that still moves. If the enclosure cannot decide
-which event follows, it raises `Ambiguous`, and nothing is proved.
+which event follows, `Ambiguous` is raised, and nothing is proved.
 """
 
 from __future__ import annotations
@@ -369,8 +369,8 @@ def _room(state: AxisSet, p: PlantBox) -> float:
 def _mapped(phase: _Phase, step: float) -> tuple[RoundedInterval, RoundedInterval]:
     """Return the result of `_series` as a weighted sum of three cached series.
 
-    The motion is linear in `speed`, `settled` and `excess`. In each cached series, one of these is
-    1 and the other two are 0.
+    The motion is linear in `speed`, `settled` and `excess`. In each cached series, one of the three
+    quantities is 1 and the other two are 0.
     """
     w0, w1, w2, y0, y1, y2 = _unit_sums(phase.alpha, phase.losing, phase.rate, step)
     return (

@@ -413,8 +413,9 @@ def _effort(f: Forms, o: int, c: AxisCell) -> None:
 def _trapezoid(f: Forms, o: int, c: AxisCell, error: float) -> None:
     """Set the row MOVE to the distance of a sample in which the speed changes from V to SPEED.
 
-    The trapezoidal rule is exact for a constant acceleration. A second term corrects it for the lag
-    of the drive; `error` [rad | m] bounds the effect of a friction that is not constant.
+    The trapezoidal rule is exact for a constant acceleration. A second term corrects the distance
+    for the lag of the drive; `error` [rad | m] bounds the effect of a friction that is not
+    constant.
     """
     combine(f, o + MOVE, 0.5 * c.period, o + V, 0.5 * c.period, o + SPEED, 0.0, error)
     multiply(f, o + WORK, o + RATIO, o + LAG)

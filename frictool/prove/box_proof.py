@@ -2,10 +2,10 @@
 
 The axis depends on inertia J, viscous friction sigma, Coulomb friction F and drive constant K
 through the ratios K/J, F/J and sigma/J (axis_forms.py); the load divided by the inertia is in one
-interval for all plants. A cell is a box of these three ratios. The search halves the cells that it
-cannot prove. A cell is written as its path from the box of all ratios: one letter for each halving,
-c (constant), f (Coulomb friction) or v (viscous friction) for the lower half, C, F or V for the
-upper one. K/J and F/J are halved at their geometric mean, sigma/J at its arithmetic mean.
+interval for all plants. A cell is a box of these three ratios. The search halves the cells that are
+not proved. A cell is written as its path from the box of all ratios: one letter for each halving, c
+(constant), f (Coulomb friction) or v (viscous friction) for the lower half, C, F or V for the upper
+one. K/J and F/J are halved at their geometric mean, sigma/J at its arithmetic mean.
 
 A hold is an interval of time with a constant reference. A cell is proved if every hold of the
 scenario is proved from every position at which the previous hold may end. In a proved hold, the
@@ -112,7 +112,7 @@ class BoxTest:
 
 
 def box_test(model: Model, controller: Controller, scenario: Scenario, spec: Spec) -> BoxTest | str:
-    """Return the step test of the parameter box, or the reason why it cannot be proved."""
+    """Return the step test of the parameter box, or the reason why the test cannot be proved."""
     law = controller.position_law
     if (
         controller.structure != "speed_cascade"
@@ -390,8 +390,8 @@ def search(
 ) -> tuple[str, ...]:
     """Return the paths of the cells that are proved within `seconds`.
 
-    The search begins with `first_cells` and continues with the halves of cells that it could not
-    prove, those with the largest expected gain first. progress(f) is called with the completed
+    The search begins with `first_cells` and continues with the halves of cells that are not proved;
+    the halves with the largest expected gain come first. progress(f) is called with the completed
     fraction f (0 to 1). `cores`: number of processes that share the cells, by default one for each
     core.
     """

@@ -6,8 +6,8 @@ at each sample. Before the first motion, the reading is known. If it is uncertai
 is inside the rest band of the controller, the tube branches: in one branch the axis is inside the
 band, in the other outside.
 
-When the prefilter overshoots, it is settled for some samples; the controller then rests, and its
-states are numbers. At such a sample the generators of position, speed and drive are joined
+When the prefilter overshoots, the prefilter is settled for some samples; the controller then rests,
+and its states are numbers. At such a sample the generators of position, speed and drive are joined
 (`_join`).
 
 After the prefilter has settled for the rest of the hold, the drive is 0, and friction stops the
@@ -148,7 +148,7 @@ def run_samples(
 
 @kernel
 def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vector) -> None:
-    """Bound the final position of an axis with released drive, and the distance of `past` from it.
+    """Bound the final position with released drive, and its distance from earlier positions.
 
     stop: additional speed by the decaying drive, and least deceleration forwards and backwards.
     past: forms of the position at `count` earlier samples. bounds: array for the results, LOW and
@@ -563,7 +563,7 @@ def _stopping(loop: TubeLoop, ratios: CellRatios, f: Forms) -> Vector | None:
 def _pushed(ratios: CellRatios, axis: AxisFixed, m: Vector, end: float, sign: int) -> float:
     """Return a tighter bound of the final position if the axis must push the load to reach `end`.
 
-    The friction beyond the contact is that of the axis with its load, above that inside the
+    Beyond the contact, the axis moves with its load, against a higher friction than inside the
     backlash.
     """
     if m[ax.CONTACT] != (ax.IN_FRONT if sign > 0 else ax.BEHIND) or sign * (end - m[ax.FAR]) <= 0:

@@ -1,9 +1,9 @@
 """One sample of a controller's program on affine forms (affine_forms.py).
 
-Each operation has an enclosure. Linear operations and products are those of affine_forms.py; |x|,
-square root, minimum and maximum are lines with an error; a comparison is 0, 1 or undecided. If the
-condition of a selection is undecided, the result is the mean of both values plus an error of half
-their largest difference, with two exceptions:
+Each operation has an enclosure. Linear operations and products are functions of affine_forms.py;
+|x|, square root, minimum and maximum are lines with an error; a comparison is 0, 1 or undecided. If
+the condition of a selection is undecided, the result is the mean of both values plus an error of
+half their largest difference, with two exceptions:
 
 - eta, which keeps its value while the last command was limited and the change of eta has the sign
   of that command

@@ -332,9 +332,9 @@ def _judged(
 def _for_the_box(test: ProofRequest, peak: ProvedRequirement) -> ProvedRequirement:
     """Return the verdict on the drive peak, extended to every plant of the parameter box.
 
-    If the bound of the command is within the limit, the requirement is proved, even if it is
-    undecided for the runs of a plant. A bound above the limit proves nothing. A refuted requirement
-    stays refuted, because its run is a counterexample.
+    If the bound of the command is within the limit, the requirement is proved, even if the runs of
+    a plant do not decide the requirement. A bound above the limit proves nothing. A refuted
+    requirement stays refuted, because its run is a counterexample.
     """
     bound = command_bound(test.controller, test.number)
     if bound > peak.limit or peak.state == "refuted":

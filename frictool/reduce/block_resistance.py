@@ -4,7 +4,7 @@
                                 backward   C_-(x) = S(x) - F(x)        thesis (2.28)
 
 The load S is the effort of springs, cams and constant efforts. The friction F is the Coulomb
-friction in slip, or the breakaway at rest. Both are computed from the arrays of the simulation
+friction in slip, or the breakaway at rest. S and F are computed from the arrays of the simulation
 engine, so that they have the same values as in a simulation.
 """
 

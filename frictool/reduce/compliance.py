@@ -29,8 +29,8 @@ TAKES_PART = 0.05  # smallest share in a mode's strain energy of a link that is 
 class LinkResonance:
     """Compliant link with its slowest resonance.
 
-    frequency: resonance frequency [rad/s]. If the link takes part in no oscillation, it is w_r of
-        the module docstring, with the inertias on the two sides of the link.
+    frequency: resonance frequency [rad/s]. If the link takes part in no oscillation, the frequency
+        is w_r of the module docstring, with the inertias on the two sides of the link.
     damping: damping ratio of the resonance.
     compliance: 1/stiffness [rad/(N m) | m/N].
     twist: deformation of the link under the source's largest effort [rad | m].

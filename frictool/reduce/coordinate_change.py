@@ -1,7 +1,7 @@
 """First step of a reduction: express every block in the coordinate of the source (thesis 2.16).
 
-The step is exact with one exception: it uses the friction of a thread at a steady speed, while the
-friction of thesis (2.12) depends on the whole torque of the motor.
+The step is exact with one exception. For a thread, the step uses the friction at a steady speed,
+while the friction of thesis (2.12) depends on the whole torque of the motor.
 
 After the step, all links between two blocks are couplings, or gears of ratio 1 with losses. Only
 links of rotary blocks can have losses. If the source is linear and a link has losses, the step
@@ -129,8 +129,8 @@ def at_sensor(
 ) -> tuple[Mechanism, StepReport]:
     """Return a mechanism in the coordinate of the sensor.
 
-    The coordinate is the measured position, with the sign that makes it rise under a positive
-    command.
+    The coordinate is the measured position, with the sign for which the position rises under a
+    positive command.
     """
     root = mechanism.sources[source].on
     there = sensor_frame(whole, source, sensor)

@@ -46,7 +46,7 @@ class _Estimates:
     axis: Axis
 
     def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
-        """Return the estimate of the number `name`; `value` replaces it and shifts its interval."""
+        """Return the estimate of `name`; `value` replaces the number, and the interval moves too."""
         nominal = self.one.scalars()[name]
         centre = nominal if value is None else value
         low, high = (end + centre - nominal for end in self.ends.get(name, (nominal, nominal)))
@@ -260,7 +260,7 @@ def _actuator(source: Source, name: str, axis: Axis) -> Actuator:
 
 
 def _encoder(chain: ReductionChain, axis: Axis) -> Encoder:
-    """Return the sensor as an encoder; without resolution, it gets a very small encoder step."""
+    """Return the sensor as an encoder; without resolution, with a very small encoder step."""
     sensor: Sensor = chain.whole.sensors[chain.sensor]
     sign = next(
         (step.report.figures[0].value for step in chain.steps if step.report.step == "sensor"), 1.0

@@ -27,7 +27,7 @@ class PolynomialFit(NamedTuple):
 
 
 def fit_polynomial(x: Vector, values: Vector, over: tuple[float, float]) -> PolynomialFit:
-    """Fit a nonnegative polynomial to the curve (x, values), both (n,).
+    """Fit a nonnegative polynomial to the curve with `values` (n,) at x (n,).
 
     The fit is by least squares at Chebyshev nodes, so that the largest error is nearly as small as
     possible. A constant is added if the polynomial would be negative within `over`, a range that

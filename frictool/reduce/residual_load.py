@@ -81,7 +81,7 @@ def fit_residual_load(
     turns: likely values of `number`.
     misses: function that returns the error of the friction's polynomials for a law.
     known: `number` in the law of the same mechanism with other parameter values; 0 if that law has
-        no harmonic, None if it is unknown.
+        no harmonic, None if `number` is unknown.
 
     Raises NoSolutionError if no law is acceptable. The message names ranges of the travel for which
     a constant or a spring suffices.

@@ -1,9 +1,9 @@
 """Check of a reduction by simulation of the mechanism after each step.
 
 The mechanism after each step is compared with the mechanism before the step, under the commands of
-check_commands.py. The compared quantity is the position of the sensor's block, as long as it is
-within the travel. The allowed difference is the backlash at the sensor plus `tolerance` times the
-distance that the axis travels forth and back. The relative error that a step predicts in closed
+check_commands.py. The compared quantity is the position of the sensor's block, as long as the block
+is within the travel. The allowed difference is the backlash at the sensor plus `tolerance` times
+the distance that the axis travels forth and back. The relative error that a step predicts in closed
 form must also be below `tolerance`.
 """
 

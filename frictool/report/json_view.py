@@ -22,11 +22,11 @@ FORMAT = "report/2"  # since version 2 the verdict has three states
 def as_json(verdict: Verdict, transfers: VertexTransfers | str | None = None) -> dict[str, Any]:
     """Return the verdict as JSON values.
 
-    `verdict` is `pass`, `fail` or `undecided`; `undecided` lists the undecided requirements. If the
-    value of a metric is unknown, it is null, and `missing` has the reason. If only bounds are
-    known, the value is null, and `bounds` has the bounds. `sensitivity` is null without a
-    controller. `meets_all` is true for a stream that meets every requirement; for a recorded
-    stream, the modulus margin is not considered.
+    `verdict` is `pass`, `fail` or `undecided`; `undecided` lists the undecided requirements. An
+    unknown value of a metric is null, and `missing` has the reason. If only bounds are known, the
+    value is null, and `bounds` has the bounds. `sensitivity` is null without a controller.
+    `meets_all` is true for a stream that meets every requirement; for a recorded stream, the
+    modulus margin is not considered.
     """
     spec = verdict.request.spec
     return {

@@ -22,8 +22,8 @@ def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | N
     """Judge the smallest modulus margin of all streams.
 
     The requirement is not met if the margin with a simulated plant or a vertex of the controller is
-    too small. It is undecided if the plant of a simulated stream is unknown, or if the controller
-    was not verified for this plant or rig.
+    too small. The requirement is undecided if the plant of a simulated stream is unknown, or if the
+    controller was not verified for this plant or rig.
     """
     limit = spec.modulus_margin
     undecided = Requirement("modulus_margin", "modulus_margin", None, limit, "", None, ">=")

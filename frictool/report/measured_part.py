@@ -31,7 +31,8 @@ _MetricParts = tuple[
 class MeasuredPart:
     """Samples of a stream for which metrics are computed.
 
-    These are the samples of `hold` (phase of constant reference) or, if it is None, all samples.
+    These are the samples of `hold` (phase of constant reference) or, if `hold` is None, all
+    samples.
     """
 
     spec: Spec
@@ -191,7 +192,7 @@ def function_of(metric: Metric) -> tuple[Callable[..., Any], tuple[str, ...]]:
 def energy_window(spec: Spec) -> float | None:
     """Return the time t_int [s] over which the energy is computed.
 
-    It is `window_s` of the specification or, without that key, the allowed response time.
+    The time is `window_s` of the specification or, without that key, the allowed response time.
     """
     window: float | None = spec.response_time_95_s if spec.energy is None else spec.energy.window_s
     return window

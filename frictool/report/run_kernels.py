@@ -64,8 +64,8 @@ def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
 
     position (n,): multiples of `step`, as an encoder measures them. The sum of the distances
     divided by the second value is the `encoder_step` of the positions. The second value is 0 if the
-    positions have too few different values or no common step. It is OFF_LATTICE if a position is
-    not a multiple of `step` or if the range of the positions is too large.
+    positions have too few different values or no common step. The second value is OFF_LATTICE if a
+    position is not a multiple of `step` or if the range of the positions is too large.
     """
     if step <= 0.0:
         return np.empty(0), OFF_LATTICE

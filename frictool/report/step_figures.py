@@ -79,8 +79,8 @@ def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
 def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float:
     """Return the duration [s] that the figure of a step shows.
 
-    It includes the slowest response and the allowed response time, but ends with the phase of
-    constant reference. If the axis never settles, the whole phase is shown.
+    The duration includes the slowest response and the allowed response time, but ends with the
+    phase of constant reference. If the axis never settles, the whole phase is shown.
     """
     longest_hold = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
     responses = [m.values.get("response_time_95", math.inf) for _, m in plays]

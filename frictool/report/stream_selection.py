@@ -13,8 +13,8 @@ MOST_SHOWN = 40
 def worst_requirement(verdict: Verdict) -> Requirement | None:
     """Return the requirement whose worst value is farthest beyond its limit.
 
-    If all limits are met, it is the requirement whose worst value is nearest to its limit. The
-    result is None if no stream has a value.
+    If all limits are met, the result is the requirement whose worst value is nearest to its limit.
+    The result is None if no stream has a value.
     """
     located = [r for r in verdict.requirements if r.where is not None and r.where.log is not None]
     return max(located, key=_severity, default=None)

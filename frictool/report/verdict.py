@@ -72,7 +72,8 @@ def judge(
     Raises
     ------
     LogError
-        If a log has no stream or no samples, or its kind of axis is not that of the specification.
+        If a log has no stream or no samples, or if the kinds of axis in log and specification
+        differ.
     FrictoolError
         If `logs` is empty.
     """

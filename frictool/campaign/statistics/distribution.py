@@ -47,7 +47,7 @@ class Quantile:
 class Histogram:
     """Histogram of finite values: edges (k + 1,) and counts (k,); both are empty without values.
 
-    If the metric's limit lies between the smallest and the largest value, it is one of the edges.
+    If the metric's limit lies between the smallest and the largest value, the limit is an edge.
 
     `outside`: number of finite outliers, which are in no bin.
     """
@@ -181,8 +181,8 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
 def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
     """Return a histogram with equal bins.
 
-    The limit is an edge between two bins unless it is far from the values. A value equal to the
-    limit belongs to the bin whose values meet the requirement.
+    The limit is an edge between two bins unless the limit is far from the values. A value equal to
+    the limit belongs to the bin whose values meet the requirement.
     """
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))

@@ -14,10 +14,10 @@ and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric Statistics 25, 20
 is sqrt(2 (k - 1))/n, the error for a factor without influence.
 
 The test of influence uses ranks, so that values may be infinite (a step that never settles has the
-worst rank). Like Lepage's test for two samples (Biometrika 58, 1971), it combines two differences
-between the slices: in the mean rank (Kruskal and Wallis, JASA 47, 1952), and in the spread of the
-ranks about the middle rank. The spread also reveals a factor without first-order share, which acts
-only jointly with others.
+worst rank). Like Lepage's test for two samples (Biometrika 58, 1971), the test combines two
+differences between the slices: in the mean rank (Kruskal and Wallis, JASA 47, 1952), and in the
+spread of the ranks about the middle rank. The spread also reveals a factor without first-order
+share, which acts only jointly with others.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class VarianceShare:
     """Share of one factor in the variance of a metric.
 
     `share`, `error`: first-order Sobol index S_i of the factor, and the standard deviation of S_i.
-    `of_ranks`, `error_of_ranks`: the same, computed with the ranks of the metric's values.
+    `of_ranks`, `error_of_ranks`: index and standard deviation for the ranks of the metric's values.
     `chance`: p-value of the rank test; None if the trials are not random.
     `rises`: rank correlation of metric and factor, -1 to 1.
     """

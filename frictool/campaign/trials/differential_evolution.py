@@ -7,7 +7,7 @@ The search starts from the worst draws and has two stages:
 
 The metric can jump where a change of the factors adds or removes a stop or a breakaway. Therefore
 the search uses no gradients. The metric is usually worst at the ends of some factors and between
-the ends of others. The algorithm of stage 2 is JADE (Zhang and Sanderson 2009): it mutates points
+the ends of others. The algorithm of stage 2 is JADE (Zhang and Sanderson 2009). JADE mutates points
 towards one of the worst points, and adapts step and crossover to values that succeeded. Points
 outside the unit cube are moved to its faces. The result is the worst evaluated point, not
 necessarily the worst point of the space.
