@@ -292,7 +292,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `dates`: Order of a date's parts if the year comes last: `day-first` (31/01/2026) or
       `month-first` (01/31/2026).
     - `period_s`: Time between two rows. Write this key if no column contains the time.
-    - `start_s`: Time of the first row; needs `period_s`.
+    - `start_s`: Time of the first row. This key needs `period_s`.
     - `whole`: True if the last line is complete although it has no line end.
     - `dbc`: File that defines the signals of a CAN log, in the folder of the log. The default is
       the `.dbc` file with the name of the log.

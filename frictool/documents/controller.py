@@ -152,9 +152,10 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Source of the speed signal for the nonlinear blocks.
 
-    - `source`: Source of the speed. `position`: differences of the encoder position, filtered by a
-      low-pass filter that is discretised by Tustin's rule. `measured`: a speed sensor. `observer`:
-      an observer that uses position and drive.
+    - `source`: Source of the speed. `position`: the speed is computed from differences of the
+      encoder position by a low-pass filter, which is discretised by Tustin's rule. `measured`: a
+      speed sensor measures the speed. `observer`: an observer estimates the speed from position and
+      drive.
     - `order`: Order of the low-pass filter; order 1 is bandwidth/(s + bandwidth).
     - `bandwidth_rad_s`: Bandwidth of the low-pass filter; 0 for unfiltered differences.
     - `observer`: Observer with the keys of observer.yaml. The command `observe loop` writes this

@@ -90,8 +90,8 @@ class PositionLawDesign(
 class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Source of the speed signal: filtered differences of the encoder position, or a speed sensor.
 
-    - `source`: `position`: filtered differences of the encoder position. `measured`: unfiltered
-      signal of a speed sensor.
+    - `source`: `position`: the speed is computed from filtered differences of the encoder position.
+      `measured`: the speed is the unfiltered signal of a speed sensor.
     - `order`: Order of the low-pass filter; order 1 has half the lag of order 2. The default is 2.
     - `filter_rad_s`: Bandwidth of the low-pass filter; 0 for unfiltered differences. The default is
       10 times the prefilter's frequency.

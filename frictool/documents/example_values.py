@@ -21,7 +21,7 @@ def examples_of(document: Any) -> tuple[str, ...]:
 
 
 def examples_words(groups: Mapping[str, Iterable[str]]) -> str:
-    """Return a message on example values that are not replaced yet; empty if there are none.
+    """Return a message on example values that are not replaced yet; empty if all are replaced.
 
     groups: document -> keys of its example values. A long message names only the first keys.
     """

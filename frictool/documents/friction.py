@@ -29,8 +29,8 @@ class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `step_s`: Time step of the laws.
     - `switch_velocity`: Speed below which slip may become stick.
     - `decay_rad_s`: Decay rate of the force in version A.
-    - `preisach_intervals`: Number of intervals along each side of version C's Preisach triangle; an
-      even number.
+    - `preisach_intervals`: Number of intervals along each side of version C's Preisach triangle; it
+      must be even.
     """
 
     # (3.28)-(3.39): step_s is T_e, switch_velocity Sigma, decay_rad_s p0 of (3.8),
@@ -75,7 +75,7 @@ class Levels(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Each polynomial is divided by its mean over the travel. The result is the factor by which the
     friction level of its direction is multiplied.
 
-    - `over`: Travel on which the polynomials apply; the friction is constant beyond it.
+    - `over`: Travel on which the polynomials apply; the friction is constant beyond the travel.
     - `levels`: Polynomials of the position.
     """
 

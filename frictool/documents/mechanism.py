@@ -6,8 +6,9 @@ Each block has one coordinate q: an angle [rad] if it has an `inertia`, a distan
 centred, and no compliance is strained.
 
 If a link has a rotary and a linear end, the unit of a quantity determines the end to which it
-belongs: a backlash of 3 rad is at the pinion, a backlash of 0.6 mm at the rack. The links'
-compatibility is checked when the mechanism is assembled (adapters/mechanism/assembly.py).
+belongs: of a rack and pinion, a backlash of 3 rad is at the pinion, and a backlash of 0.6 mm is at
+the rack. The links' compatibility is checked when the mechanism is assembled
+(adapters/mechanism/assembly.py).
 """
 
 from __future__ import annotations

@@ -34,9 +34,9 @@ AxisLaw = Literal["coulomb", "stribeck"]
 class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameters of J dv/dt = u - offset - viscous v - coulomb sign(v).
 
-    u is the effort and v the speed. The axis starts to move when |u - offset| exceeds `breakaway`.
-    With a Stribeck velocity, the friction decreases from `breakaway` to `coulomb` as the speed
-    rises.
+    u is the effort and v is the speed. The axis starts to move when |u - offset| exceeds
+    `breakaway`. With a Stribeck velocity, the friction decreases from `breakaway` to `coulomb` as
+    the speed rises.
 
     - `inertia`: Total inertia J that the actuator moves.
     - `offset`: Constant effort that opposes a positive drive.
@@ -65,7 +65,7 @@ class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
       effort.
     - `condition`: Condition number of the regression.
     - `samples`: Number of samples of the fit.
-    - `held_out_force_error`: Occurs in models of earlier versions only.
+    - `held_out_force_error`: This key occurs only in models of earlier versions.
     """
 
     force_error: float | None

@@ -68,7 +68,7 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     """Switched observer; its states are position, velocity and the wear alpha.
 
     The bound `gamma` is not valid while the axis is at rest, nor after a switch between moving
-    modes that is not in `transitions`. It is valid again after the axis has moved for
+    modes that is not in `transitions`. The bound is valid again after the axis has moved for
     `motion_after_rest_s` after a rest, or for `motion_after_turn_s` after such a switch. If the
     document is edited, `observe design` must prove the bound again.
 
@@ -83,7 +83,7 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `decay`: Largest factor by which the error is multiplied per sample; 1 if no decay was
       required.
     - `stuck_speed`: Factor by which the estimated velocity is multiplied at each sample of mode 0,
-      before the gains correct it.
+      before the gains correct this velocity.
     - `switching_radius`: Largest spectral radius of the product of the error matrices of two modes
       that may alternate.
     - `simulated_gain`: Largest ||z||/||Delta|| of simulated switching sequences of the pairs in

@@ -25,7 +25,7 @@ class ProvedRequirement(
 
     - `key`: Key of the specification.
     - `state`: `proved`: the requirement is met from every initial position in `starts`. `refuted`:
-      it is violated from the initial position `start`. `undecided`: `reason` says why.
+      the requirement is violated from the initial position `start`. `undecided`: `reason` says why.
     - `limit`: Limit of the specification.
     - `value`: Worst value over all plants and initial positions.
     - `box`: Bound of the value for every plant whose parameters are in their intervals. If this key

@@ -174,7 +174,7 @@ class SpreadDisturbance(
 
 
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Random variations of a campaign, besides the ranges of bench, model or mechanism.
+    """Random variations of a campaign, in addition to the ranges of bench, model or mechanism.
 
     Every value is drawn uniformly and independently. A range with equal ends is a fixed value. A
     range with values that no plant can have is an error.
@@ -185,8 +185,8 @@ class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `within_count`: True to draw the initial position within one encoder count, because the
       encoder cannot resolve it.
     - `wear`: Range of the factor by which all dry friction is multiplied.
-    - `temperature`: Factors at the coldest and at the hottest temperature, between which a
-      temperature is drawn.
+    - `temperature`: Factors at the coldest and at the hottest temperature. For each plant, a
+      temperature between these two is drawn.
     - `sensor_faults`: Sensor faults in every simulation, in addition to those of the scenario.
     - `disturbances`: Efforts in every simulation, in addition to those of the scenario.
     """

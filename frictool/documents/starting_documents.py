@@ -75,7 +75,7 @@ class StartingRig:
 
 
 def starting_documents(start: StartingRig) -> dict[str, str]:
-    """Return file name -> text of each file in the rig's folder.
+    """Return the text of each file in the rig's folder; the keys are file names.
 
     The files are bench, specification, design, scenario, and a Makefile that chains the commands.
     """
@@ -83,7 +83,7 @@ def starting_documents(start: StartingRig) -> dict[str, str]:
 
 
 def example_keys(start: StartingRig) -> dict[str, list[str]]:
-    """Return file name -> keys of the file whose values are examples; dots separate nested keys.
+    """Return, for each file name, the keys with example values; dots separate nested keys.
 
     The files mark these keys `# example: replace`.
     """
@@ -202,7 +202,7 @@ def _flow(value: dict[str, Any]) -> str:
 
 
 def quoted(text: str) -> str:
-    """Return a text as a YAML scalar on one line, also valid between braces.
+    """Return a text as a YAML scalar on one line, which is also valid between braces.
 
     The scalar is put in double quotes, with escapes, unless YAML reads the plain text as the same
     text.

@@ -29,12 +29,12 @@ class NoiseFilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Weights of the generalised plant (docs/theory/plants.md).
 
-    Weights without a key are derived from the specification and bench.yaml.
+    A weight whose key is absent is derived from the specification and bench.yaml.
 
     - `bandwidth_rad_s`: Bandwidth of the error weight W2.
     - `disturbance`: Disturbance weight W1.
     - `drive`: Weight W3 on the drive that reaches the actuator.
-    - `command`: Weight on the commanded drive [1/A | 1/V]; 0 for no weight.
+    - `command`: Weight on the commanded drive [1/A | 1/V]; with 0, the drive is not weighted.
     - `noise`: Amplitude of the measurement noise in the design; 0 for a design without noise.
     - `modulus_margin`: Modulus margin that the error weight W2 requires.
     - `static_error`: Relative static error that the error weight W2 allows.

@@ -1,7 +1,7 @@
 """Parser of YAML text into nodes, bounded in depth and number of nodes.
 
 If PyYAML was built with libyaml, the parser uses libyaml, which is about five times faster.
-PyYAML's composer in C is not used, because a deeply nested text crashes it.
+PyYAML's composer in C is not used, because a deeply nested text crashes this composer.
 """
 
 from __future__ import annotations

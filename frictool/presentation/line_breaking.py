@@ -10,7 +10,7 @@ INDENT = 4  # characters, extra indent of continuation lines
 
 
 def bounded(lines: Iterable[str], longest: int = LONGEST) -> str:
-    """Join lines, and break lines with more than `longest` characters between words."""
+    """Join lines; break each line that is longer than `longest` characters between words."""
     broken = list[str]()
     for line in lines:
         if len(line) <= longest:

@@ -137,7 +137,7 @@ class PositionJumps:
         )
 
     def hint(self) -> str:
-        """Return the likely cause of the jumps, with the key of bench.yaml that may correct them."""
+        """Return the likely cause of the jumps, with the key of bench.yaml that may help."""
         bits = None if self.unwrapped else self.wrap_bits
         index = self.index
         if bits is not None:

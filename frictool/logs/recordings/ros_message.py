@@ -54,7 +54,8 @@ class MessageField(NamedTuple):
     """Field of a message.
 
     kind: key of NUMBERS, one of TEXTS, or the type of a nested message.
-    repeat: "once", "fixed" for an array of fixed length, or "sequence".
+    repeat: "once" for a single value, "fixed" for an array of fixed length, "sequence" for an array
+        of variable length.
     size: length of an array of fixed length, else 0.
     """
 
