@@ -46,7 +46,7 @@ class _Estimates:
     axis: Axis
 
     def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
-        """Return the estimate of `name`; `value` replaces the number, and the interval moves too."""
+        """Return the estimate of `name`; `value` replaces the number and shifts the interval."""
         nominal = self.one.scalars()[name]
         centre = nominal if value is None else value
         low, high = (end + centre - nominal for end in self.ends.get(name, (nominal, nominal)))
