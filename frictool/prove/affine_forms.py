@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictool.runtime.kernels import bare_kernel, part_kernel
+from frictool.runtime.kernels import bare_kernel, part_kernel, summing_kernel
 from frictool.typing import IntVector, Matrix, Vector
 
 ROUND = 1e-14
@@ -30,14 +30,16 @@ class Forms(NamedTuple):
     """Table of affine forms (module docstring), one per row.
 
     center (n,), gen (n, generators), error (n,). extent (n,): column of `gen` from which on the
-    generators of a row are 0. low, high (n,): additional bounds of the values. size (1,): number of
-    generators in use.
+    generators of a row are 0. spread (n,): sum of the magnitudes of the generators and the error of
+    a row; each operation updates it. low, high (n,): additional bounds of the values. size (1,):
+    number of generators in use.
     """
 
     center: Vector
     gen: Matrix
     error: Vector
     extent: IntVector
+    spread: Vector
     low: Vector
     high: Vector
     size: IntVector
@@ -50,6 +52,7 @@ def empty_forms(rows: int, generators: int) -> Forms:
         np.zeros((rows, generators)),
         np.zeros(rows),
         np.zeros(rows, dtype=np.int64),
+        np.zeros(rows),
         np.full(rows, -np.inf),
         np.full(rows, np.inf),
         np.zeros(1, dtype=np.int64),
@@ -58,30 +61,40 @@ def empty_forms(rows: int, generators: int) -> Forms:
 
 def copy_forms(f: Forms) -> Forms:
     """Return a copy of a table of affine forms."""
+    gen = np.empty_like(f.gen)  # generators from `extent` on are not used
+    gen[:, : f.size[0]] = f.gen[:, : f.size[0]]
     return Forms(
         f.center.copy(),
-        f.gen.copy(),
+        gen,
         f.error.copy(),
         f.extent.copy(),
+        f.spread.copy(),
         f.low.copy(),
         f.high.copy(),
         f.size.copy(),
     )
 
 
+def measure(f: Forms, rows: IntVector) -> None:
+    """Set the spreads of `rows` after a change of generators or errors outside of a kernel."""
+    used = np.arange(f.size[0]) < f.extent[rows, None]
+    f.spread[rows] = np.abs(np.where(used, f.gen[rows, : f.size[0]], 0.0)).sum(axis=1)
+    f.spread[rows] += f.error[rows]
+
+
 @bare_kernel
 def radius(f: Forms, a: int) -> float:
     """Return an upper bound of |value - center| for the affine form in row a."""
-    count = f.extent[a]
-    one, two, three, four = float(f.error[a]), 0.0, 0.0, 0.0
-    for j in range(0, count - 3, 4):  # four sums: an addition need not wait for the last one
-        one += abs(f.gen[a, j])
-        two += abs(f.gen[a, j + 1])
-        three += abs(f.gen[a, j + 2])
-        four += abs(f.gen[a, j + 3])
-    for j in range(count - count % 4, count):
-        one += abs(f.gen[a, j])
-    return ((one + two) + (three + four)) * GROWTH
+    return float(f.spread[a] * GROWTH)
+
+
+@summing_kernel
+def generators(f: Forms, a: int) -> float:
+    """Return the sum of the magnitudes of the generators in row a."""
+    total = 0.0
+    for j in range(f.extent[a]):
+        total += abs(f.gen[a, j])
+    return total
 
 
 @bare_kernel
@@ -114,6 +127,7 @@ def assign(f: Forms, d: int, value: float) -> None:
     f.center[d] = value
     f.error[d] = 0.0
     f.extent[d] = 0
+    f.spread[d] = 0.0
     f.low[d] = -np.inf
     f.high[d] = np.inf
 
@@ -124,53 +138,37 @@ def copy_row(f: Forms, d: int, a: int) -> None:
     f.center[d] = f.center[a]
     f.error[d] = f.error[a]
     f.extent[d] = f.extent[a]
+    f.spread[d] = f.spread[a]
     f.low[d] = f.low[a]
     f.high[d] = f.high[a]
     for j in range(f.extent[a]):
         f.gen[d, j] = f.gen[a, j]
 
 
-@part_kernel
+@summing_kernel
 def _sum_rows(f: Forms, d: int, ka: float, a: int, kb: float, b: int) -> float:
-    """Set the generators of row d to ka a + kb b; return the sum of the terms' magnitudes."""
+    """Set the generators of row d to ka a + kb b, and the row's spread to their magnitudes.
+
+    Returns the sum of the magnitudes of the terms.
+    """
     ea = f.extent[a] if ka != 0.0 else 0
     eb = f.extent[b] if kb != 0.0 else 0
     both = min(ea, eb)
-    one, two, three, four = 0.0, 0.0, 0.0, 0.0
-    for j in range(0, both - 3, 4):  # four sums: an addition need not wait for the last one
-        x0, y0 = ka * f.gen[a, j], kb * f.gen[b, j]
-        x1, y1 = ka * f.gen[a, j + 1], kb * f.gen[b, j + 1]
-        x2, y2 = ka * f.gen[a, j + 2], kb * f.gen[b, j + 2]
-        x3, y3 = ka * f.gen[a, j + 3], kb * f.gen[b, j + 3]
-        f.gen[d, j] = x0 + y0
-        f.gen[d, j + 1] = x1 + y1
-        f.gen[d, j + 2] = x2 + y2
-        f.gen[d, j + 3] = x3 + y3
-        one += abs(x0) + abs(y0)
-        two += abs(x1) + abs(y1)
-        three += abs(x2) + abs(y2)
-        four += abs(x3) + abs(y3)
-    for j in range(both - both % 4, both):
+    terms, spread = 0.0, 0.0
+    for j in range(both):
         x, y = ka * f.gen[a, j], kb * f.gen[b, j]
-        f.gen[d, j] = x + y
-        one += abs(x) + abs(y)
+        result = x + y
+        f.gen[d, j] = result
+        terms += abs(x) + abs(y)
+        spread += abs(result)
     k, c, extent = (ka, a, ea) if ea > eb else (kb, b, eb)
-    for j in range(both, extent - 3, 4):
-        x0, x1 = k * f.gen[c, j], k * f.gen[c, j + 1]
-        x2, x3 = k * f.gen[c, j + 2], k * f.gen[c, j + 3]
-        f.gen[d, j] = x0
-        f.gen[d, j + 1] = x1
-        f.gen[d, j + 2] = x2
-        f.gen[d, j + 3] = x3
-        one += abs(x0)
-        two += abs(x1)
-        three += abs(x2)
-        four += abs(x3)
-    for j in range(extent - (extent - both) % 4, extent):
+    tail = 0.0
+    for j in range(both, extent):
         x = k * f.gen[c, j]
         f.gen[d, j] = x
-        one += abs(x)
-    return (one + two) + (three + four)
+        tail += abs(x)
+    f.spread[d] = spread + tail
+    return terms + tail
 
 
 @part_kernel
@@ -190,6 +188,7 @@ def combine(
     f.extent[d] = extent
     # numbers are computed as the controller computes them
     f.error[d] = 0.0 if exact else width * GROWTH + ROUND * size
+    f.spread[d] += f.error[d]
     f.low[d] = -np.inf
     f.high[d] = np.inf
 
@@ -206,6 +205,7 @@ def multiply(f: Forms, d: int, a: int, b: int) -> None:
     f.center[d] = ca * cb
     f.extent[d] = extent
     f.error[d] = 0.0 if ra == 0.0 and rb == 0.0 else width * GROWTH + ROUND * size
+    f.spread[d] += f.error[d]
     f.low[d] = -np.inf
     f.high[d] = np.inf
 
@@ -231,6 +231,7 @@ def release(f: Forms, a: int, share: float) -> None:
 def add_generator(f: Forms, a: int, half: float) -> None:
     """Add an independent error of +-half to row a, as a new generator."""
     f.error[a] += half
+    f.spread[a] += half
     release(f, a, 0.0)
 
 
@@ -283,6 +284,7 @@ def reduce_forms(f: Forms, rows: IntVector, fixed: int, keep: int, score: Vector
                 if score[c] < f.extent[a]:
                     extent = c + 1
             f.extent[a] = extent
+            f.spread[a] *= GROWTH  # the magnitudes of removed generators are rounded upwards
     f.size[0] = target
 
 

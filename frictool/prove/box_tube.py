@@ -36,13 +36,14 @@ from frictool.prove.affine_forms import (
     empty_forms,
     highest,
     lowest,
+    measure,
     radius,
     reduce_forms,
     release,
 )
 from frictool.prove.axis_forms import AxisCell
 from frictool.prove.controller_forms import DECIDED, ControllerRows, run_program, update_states
-from frictool.runtime.kernels import kernel
+from frictool.runtime.kernels import kernel, summing_kernel
 from frictool.typing import IntVector, Matrix, Vector
 
 MOST = 700  # generators
@@ -146,6 +147,15 @@ def run_samples(
     return DONE
 
 
+@summing_kernel
+def _magnitude(a: float, x: Vector, b: float, y: Vector) -> float:
+    """Return the sum of |a x + b y| over the components of x and y, (n,) each."""
+    total = 0.0
+    for j in range(x.shape[0]):
+        total += abs(a * x[j] + b * y[j])
+    return total
+
+
 @kernel
 def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vector) -> None:
     """Bound the final position with released drive, and its distance from earlier positions.
@@ -176,15 +186,7 @@ def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vecto
             if k >= 0:
                 center -= cos * past.center[k]
                 total += abs(cos) * past.error[k]
-            two, three, four = 0.0, 0.0, 0.0
-            for g in range(0, size - 3, 4):
-                total += abs(cos * y[g] + sin * v[g])
-                two += abs(cos * y[g + 1] + sin * v[g + 1])
-                three += abs(cos * y[g + 2] + sin * v[g + 2])
-                four += abs(cos * y[g + 3] + sin * v[g + 3])
-            for g in range(size - size % 4, size):
-                total += abs(cos * y[g] + sin * v[g])
-            half = ((total + two) + (three + four)) * GROWTH + 1e-9
+            half = (total + _magnitude(cos, y, sin, v)) * GROWTH + 1e-9
             support[j] = center + half
             support[j + DIRECTIONS // 2] = half - center
         for j in range(DIRECTIONS):
@@ -449,6 +451,7 @@ def _started(loop: TubeLoop, ratios: CellRatios, start: StepStart, plan: StepPla
         f.gen[row, ax.POSITION_COLUMN] = f.gen[o + ax.Y, ax.POSITION_COLUMN]
         f.gen[row, ax.READING_COLUMN] = 0.5 * step * GROWTH
         f.extent[row] = ax.FIXED
+    measure(f, np.arange(f.center.size))
     m = np.zeros(ax.MOTION)
     m[ax.AT_REST] = 1.0
     m[ax.CONTACT] = start.contact
@@ -595,22 +598,20 @@ def _join(loop: TubeLoop, f: Forms) -> None:
     y, v = old[rows.index(o + ax.Y)], SPEED_SCALE * old[rows.index(o + ax.V)]
     sign = np.where((v < 0.0) | ((v == 0.0) & (y < 0.0)), -1.0, 1.0)
     old, y, v = old * sign, y * sign, v * sign
-    sector = np.minimum((np.arctan2(v, y) * (SECTORS / np.pi)).astype(int), SECTORS - 1)
-    sector[np.hypot(y, v) < 1e-9] = SECTORS
-    joined = [old[:, sector == SECTORS]]
-    rest = np.zeros(len(rows))
-    for one in range(SECTORS):
-        here = sector == one
-        if here.any():
-            d = old[:, here].sum(axis=1)
-            dy, dv = y[here].sum(), v[here].sum()
-            share = (y[here] * dy + v[here] * dv) / (dy * dy + dv * dv)
-            joined.append(d[:, None] * np.abs(share).sum())
-            rest += np.abs(old[:, here] - np.outer(d, share)).sum(axis=1)
-    gen = np.hstack(joined)
+    apart = np.hypot(y, v) < 1e-9
+    sector = np.minimum((np.arctan2(v, y) * (SECTORS / np.pi)).astype(int), SECTORS - 1)[~apart]
+    moved = old[:, ~apart]
+    member = np.zeros((sector.size, SECTORS))
+    member[np.arange(sector.size), sector] = 1.0
+    sums = moved @ member
+    dy, dv = (y[~apart] @ member)[sector], (v[~apart] @ member)[sector]
+    share = (y[~apart] * dy + v[~apart] * dv) / (dy * dy + dv * dv)
+    rest = np.abs(moved - sums[:, sector] * share).sum(axis=1)
+    gen = np.hstack([old[:, apart], (sums * (np.abs(share) @ member))[:, member.any(axis=0)]])
     f.size[0] = ax.FIXED + gen.shape[1]
     f.gen[rows, ax.FIXED : f.size[0]] = gen
     f.extent[rows] = f.size[0]
     f.error[rows] += rest * GROWTH + 1e-12 * np.abs(gen).sum(axis=1)
+    measure(f, np.array(rows))
     for row in rows:
         release(f, row, 0.0)

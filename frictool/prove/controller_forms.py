@@ -25,6 +25,7 @@ from frictool.prove.affine_forms import (
     assign,
     combine,
     copy_row,
+    generators,
     highest,
     is_number,
     lowest,
@@ -175,6 +176,7 @@ def _dot(f: Forms, c: ControllerRows, d: int, first: int, last: int) -> None:
     f.center[d] = total
     f.extent[d] = extent
     f.error[d] = 0.0 if exact else width * (1.0 + ROUND) + (last - first) * ROUND * size
+    f.spread[d] = generators(f, d) + f.error[d]
     f.low[d] = -np.inf
     f.high[d] = np.inf
 
@@ -214,6 +216,7 @@ def _root(f: Forms, d: int, a: int) -> None:
 def _truth(f: Forms, d: int, low: float, high: float) -> None:
     assign(f, d, 0.5 * (low + high))
     f.error[d] = 0.5 * (high - low)
+    f.spread[d] = f.error[d]
 
 
 @part_kernel

@@ -176,6 +176,7 @@ def kernel(function: F) -> F:
 
 
 INNER = {"forceinline": True, "no_cfunc_wrapper": True}  # options of kernels for inner loops
+PART = {**INNER, "forceinline": False, "_nrt": False}  # options of long functions inside kernels
 
 
 def inner_kernel(function: F) -> F:
@@ -198,7 +199,16 @@ def part_kernel(function: F) -> F:
 
     This suits a long function that several kernels share.
     """
-    return cast(F, _declared(function, {**INNER, "forceinline": False, "_nrt": False}))
+    return cast(F, _declared(function, PART))
+
+
+def summing_kernel(function: F) -> F:
+    """Compile a function as `part_kernel` does, but add the terms of sums in any order.
+
+    Sums of long arrays are several times as fast. Their last digits depend on the processor, so
+    that the caller must allow for rounding errors.
+    """
+    return cast(F, _declared(function, {**PART, "fastmath": {"reassoc"}}))
 
 
 def parallel_kernel(function: F) -> F:

@@ -365,6 +365,7 @@ def test_affine_forms_contain_every_value() -> None:
             for row in range(6):
                 f.gen[row, row] = 0.1
                 f.extent[row] = row + 1
+            af.measure(f, np.arange(6))
             values = f.center + 0.1 * draws
             steps = np.column_stack(
                 [
@@ -377,6 +378,8 @@ def test_affine_forms_contain_every_value() -> None:
             _reduced(f, np.arange(6), score)
             for row in range(6):
                 assert af.lowest(f, row) <= values[row] <= af.highest(f, row)
+                size = math.fsum([*np.abs(f.gen[row, : f.extent[row]]), f.error[row]])
+                assert size <= af.radius(f, row) <= size * (1.0 + 1e-9)
 
 
 @kernel
@@ -427,6 +430,7 @@ def _margins(
         f.gen[row, column] = radius
         f.extent[row] = column + 1
     f.center[forms.ACTING] = command
+    af.measure(f, np.arange(forms.ROWS))
     ends = [(f.center[row] - f.gen[row, k], f.center[row] + f.gen[row, k])
             for k, row in enumerate(rows[:4])]  # fmt: skip
     ends[2] = (max(0.0, ends[2][0]), ends[2][1])
