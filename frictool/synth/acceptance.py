@@ -76,9 +76,9 @@ def accept(
     for one in rounded[: len(HELD)]:
         if not tolerates_rounding(one, worst_norm, required):
             raise NoSolutionError(
-                f"not verified: rounding to {one.number} changes the norm from {worst_norm:.4g} "
-                f"to {one.gamma:.4g}, and the modulus margin is {one.modulus_margin:.3f} "
-                f"(specified: {required:g}); reduce the ratio of the largest to the smallest weight"
+                f"not verified: rounded to {one.number}, the norm is {one.gamma:.4g} instead of "
+                f"{worst_norm:.4g} and the modulus margin {one.modulus_margin:.3f} "
+                f"(specified: {required:g}); make the weights more equal"
             )
     return stored.Verified(
         candidate.gamma,

@@ -68,9 +68,8 @@ def disturbance(model: Model) -> LoadDisturbance:
     friction = largest(today.coulomb)
     if estimate.total + friction >= available:
         raise NoSolutionError(
-            f"the load (up to {estimate.total:.4g}) and Coulomb friction (up to "
-            f"{friction:.4g}) exceed the {available:.4g} "
-            f"{today.offset.unit} of the actuator at its limit; "
+            f"the load ({estimate.total:.4g}) and Coulomb friction ({friction:.4g}) can exceed "
+            f"the actuator's {available:.4g} {today.offset.unit}; "
             "narrow the intervals of load and coulomb, or raise actuator.limit"
         ).at("model", "parameters.coulomb")
     return estimate
