@@ -86,7 +86,6 @@ def search_design(
     design meets the requirements.
     """
     from frictool.campaign.automatic_design import design_automatically
-    from frictool.campaign.views.search_picture import search_picture
     from frictool.campaign.views.search_view import (
         design_line,
         refusal,
@@ -98,6 +97,8 @@ def search_design(
 
     found = design_automatically(test, search_progress(), wishes)
     if outputs.plot is not None:
+        from frictool.campaign.views.search_picture import search_picture  # loads matplotlib
+
         save_text(outputs.plot, search_picture(found, test.model.name) + "\n", inputs)
     if not found.passed:
         reason, details = refusal(found), refusal_lines(found, test)

@@ -9,6 +9,9 @@ import numpy as np
 
 from frictool.typing import Vector
 
+# excess of the motion at rest over one sensor step, relative to the step, that is due to rounding
+MOTION_TOLERANCE = 1e-6
+
 
 def late_samples(time: Vector, after: float) -> slice | None:
     """Return the slice of the samples that are more than `after` [s] later than the first sample.

@@ -9,6 +9,7 @@ from frictool.documents.metric_table import REQUIREMENTS, STREAM_METRICS
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.metrics.drive_peak import command_peak, drive_peak
+from frictool.metrics.rest_motion import MOTION_TOLERANCE
 from frictool.presentation.tie_rule import largest
 from frictool.report.measured_part import MeasuredPart, measure, no_drive
 from frictool.report.requirement import Requirement
@@ -93,7 +94,7 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     driven = [(m.values["rest_drive"], m, e) for m, e in rests if "rest_drive" in m.values]
     details = {"after_s": after, "motion": motion, "motion_limit": mover.resolution}
     still = replace(undecided, where=location_of(mover, moving), details=details)
-    if motion > mover.resolution * (1.0 + 1e-6):
+    if motion > mover.resolution * (1.0 + MOTION_TOLERANCE):
         reason = (
             f"still moves {motion:.3g} {si_unit('position', spec.axis)} peak to peak after "
             f"{after:g} s of hold"

@@ -15,10 +15,12 @@ import numpy as np
 
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
+from frictool.engine.closed_loop import COMMAND
 from frictool.logs.quality.time_base import encoder_step
+from frictool.metrics.drive_peak import command_peak
 from frictool.metrics.final_value import final_value, tail_samples
 from frictool.metrics.reference_holds import ConstantRun, Hold, constant_runs, holds_of
-from frictool.metrics.rest_motion import late_samples
+from frictool.metrics.rest_motion import MOTION_TOLERANCE, late_samples, peak_to_peak
 from frictool.metrics.white_noise import deviation_of, peak_factor
 from frictool.presentation.tie_rule import largest
 from frictool.report.rig_facts import RigFacts
@@ -67,8 +69,7 @@ class RunMetrics:
     def __call__(self, run: RunRecord, margin: Outcome) -> list[Outcome] | None:
         """Return (value, met) of each requirement; `margin` is (value, met) of the modulus margin.
 
-        Return None if only `judge` can judge the signals. This is the case if a signal is not
-        finite, or if a phase of constant reference is long enough for the requirement `rest`.
+        Return None if only `judge` can judge the signals, because a signal is not finite.
         """
         samples = run.time.size
         position: Vector = np.empty(samples)
@@ -80,14 +81,14 @@ class RunMetrics:
             return None
         resolution = self._resolution(position)
         holds = holds_of(self._runs, position, resolution)
-        if any(self._has_rest(hold.of(run.time)) for hold in holds):
-            return None
         values = self._values(run.time, position, holds, resolution)
         floor = deviation_of(second) * peak_factor(samples)
         values["drive_peak"] = [command, max(0.0, drive - floor)]
         outcomes = {key: _worst(values.get(key, ()), limit) for key, limit in self._limits.items()}
         if "modulus_margin" in outcomes:
             outcomes["modulus_margin"] = margin
+        if "rest" in outcomes:
+            outcomes["rest"] = self._rest(run, position, holds, resolution)
         return list(outcomes.values())
 
     def _has_runs(self, reference: Vector) -> bool:
@@ -97,9 +98,27 @@ class RunMetrics:
             self._runs, self._reference = constant_runs(reference), reference
         return True
 
-    def _has_rest(self, time: Vector) -> bool:
-        after = self._after
-        return after is not None and late_samples(time, after) is not None
+    def _rest(
+        self, run: RunRecord, position: Vector, holds: Sequence[Hold], resolution: float
+    ) -> Outcome:
+        """Return (drive at rest, met); met is None if no hold is long enough.
+
+        The value is inf if the axis moves with a drive within the limit.
+        """
+        assert self._after is not None
+        motions, drives = [], []
+        for hold in holds:
+            rest = late_samples(hold.of(run.time), self._after)
+            if rest is not None:
+                motions.append(peak_to_peak(hold.of(position)[rest]))
+                drives.append(command_peak(hold.of(run.record[:, COMMAND])[rest]))
+        if not motions:
+            return math.nan, None
+        moving = largest(motion - resolution for motion in motions)[1]
+        if motions[moving] > resolution * (1.0 + MOTION_TOLERANCE):
+            return drives[moving] if drives[moving] > self._limits["rest"] else math.inf, False
+        value = largest(drives)[0]
+        return value, value <= self._limits["rest"]
 
     def _resolution(self, position: Vector) -> float:
         distances, steps = lattice_distances(position, self._step)

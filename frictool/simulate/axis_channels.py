@@ -159,6 +159,8 @@ class AxisChannels:
 
     def drive_noise(self, index: int) -> Vector:
         """Return the measurement noise (n,) of the drive for variant number `index`."""
+        if self.noise == 0.0:
+            return np.zeros(self.time.size)
         generator = np.random.Generator(np.random.PCG64([self.seed, index]))
         return generator.normal(0.0, self.noise, self.time.size)
 

@@ -27,7 +27,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from frictool.adapters.drive_bound import driven_axis
 from frictool.adapters.model_polytope import polytope
@@ -37,6 +36,7 @@ from frictool.documents.quantity import PositiveLength, si_unit
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
+from frictool.plant.sign_change import sign_change
 from frictool.plant.time_optimal import (
     ZONE,
     DrivenAxis,
@@ -111,7 +111,7 @@ def loop_allowance(model: Model, margin: float, dead_time: float) -> float:
         loop = product * np.exp(-1j * ANGLES) / (1j * ANGLES)
         return float(np.abs(1.0 + loop).min()) - margin
 
-    product = float(scipy.optimize.brentq(excess, ANGLES[0], 0.5 * math.pi))
+    product = sign_change(excess, float(ANGLES[0]), 0.5 * math.pi)
     return dead_time / product * max(gains) / min(gains)
 
 

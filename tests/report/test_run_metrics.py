@@ -111,7 +111,8 @@ def test_outcomes_of_trials_are_those_of_judged_streams() -> None:
     keys: list[dict[str, Any]] = [
         {"static_error": Quantity(value=1e-9, unit="rad"), "modulus_margin": 0.9},
         {"oscillations": 0, "overshoot_percent": 0.0, "drive_peak": Quantity(value=1.0, unit="A")},
-        {"rest": Rest(0.2), "response_time_95_s": None},
+        {"rest": Rest(9.0), "response_time_95_s": None},
+        *({"rest": Rest(after, drive)} for after in (0.2, 0.02) for drive in (0.0, 10.0, 60.0)),
         {"drive_rms": Quantity(value=1.0, unit="A")},
     ]
     disabled = {"commands": (ControllerCommand("disable", 0.2),)}
