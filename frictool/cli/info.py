@@ -26,7 +26,8 @@ the encoder and of every other signal, velocities, saturation, signals that keep
 samples, the kind of test, the sign of the effort relative to the motion, lost data, and the
 identification methods that the log suits.
 
-With --bench, a raw bench file is shown in SI, and samples at the actuator's limit are counted.
+With --bench, a raw bench file is shown in SI, samples at the actuator's limit are counted, and the
+identification methods are tried on a log of at most 262 144 samples.
 Without --bench, columns with a known name and unit are shown in the units of the file, from its
 first 262 144 rows. Properties that the file does not determine are listed.
 """

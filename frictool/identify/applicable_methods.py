@@ -1,16 +1,22 @@
-"""Choice of the identification methods that suit a log, by its signals, sampling and motion.
+"""Choice of the identification methods that suit a log.
 
-A chosen method may still refuse the log; the message of this method then states the reason.
+Without a bench, signals, sampling and motion are examined. With a bench, the methods are tried on
+the log (`method_trials.py`). Without a bench, a method that suits the log may still refuse it.
 """
 
 from __future__ import annotations
 
-import numpy as np
-
+from frictool.errors import LogError
 from frictool.identify.methods import METHODS
-from frictool.identify.motion_record import JITTER, MOST_BROKEN
+from frictool.identify.motion_record import (
+    MotionRecord,
+    make_record,
+    velocity_count,
+    velocity_record,
+)
 from frictool.logs.quality.survey import POSITION, StreamSurvey
 
+THE_LOG = "the log"  # name of the examined log in messages
 BREAKAWAY, VELOCITY = "breakaway", "velocity"
 DRIVES = ("effort", "current", "voltage")
 # largest encoder step, relative to the distance per sample at top speed, at which differences of
@@ -18,21 +24,31 @@ DRIVES = ("effort", "current", "voltage")
 COARSEST = 0.1
 
 
-def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str | None]:
+def applicable_methods(
+    stream: StreamSurvey, kind: str | None, *, known_offset: bool = False
+) -> dict[str, str | None]:
     """Return for each method the reason why the method does not suit a log, or None.
 
     The key `breakaway` stands for the evaluation of breakaway ramps. `stream` contains statistics
-    of the log's signals. `kind` is the detected kind of test, such as "ramp" or "rest".
+    of the log's signals. `kind` is the detected kind of test, such as "ramp" or "rest". If
+    `known_offset` is True, the bench states the offset, so that one direction of motion suffices.
     """
+    record = None
     why = _nothing_to_use(stream, kind)
+    if why is None:
+        try:
+            record = _record_of(stream)
+        except LogError as error:
+            why = f"the log {str(error).removeprefix(f'{THE_LOG}: ')}"
     blind = None if POSITION in stream.signals else "the log has no position"
-    sliding = _no_sliding(stream, kind)
+    sliding = _no_sliding(stream, kind, known_offset)
     out = {
         name: why
         or (None if row.velocity else blind)
         or sliding
         or _absent(stream, row.channel)
         or (_too_rough(stream) if row.differentiates else None)
+        or (None if record is None else _of_opening(stream, row.why_not([record])))
         for name, row in METHODS.items()
     }
     ramps = (
@@ -52,19 +68,36 @@ def _nothing_to_use(stream: StreamSurvey, kind: str | None) -> str | None:
         return "the position does not change"
     if stream.base.samples < 3:
         return f"the log has only {stream.base.samples} samples"
-    intervals = np.diff(stream.opening.time) * stream.base.rate_hz
-    broken = float(np.mean(np.abs(intervals - 1.0) > JITTER))
-    if broken > MOST_BROKEN:
-        return (
-            f"{100 * broken:.0f} % of the sample intervals differ from the period (allowed: "
-            f"at most {100 * MOST_BROKEN:g} %); resample first"
-        )
     return None
 
 
-def _no_sliding(stream: StreamSurvey, kind: str | None) -> str | None:
+def _record_of(stream: StreamSurvey) -> MotionRecord:
+    """Return the record of the first samples; the unit of its effort is that of the drive signal.
+
+    Raises LogError if the samples have no sample period.
+    """
+    opening = stream.opening
+    drive = next(opening.signals[name] for name in DRIVES if name in opening.signals)
+    position = opening.signals.get(POSITION)
+    if position is None:
+        return velocity_record(THE_LOG, opening.time, opening.signals[VELOCITY], drive, lag=0.0)
+    count = stream.signals[POSITION].step or velocity_count(position)
+    return make_record(THE_LOG, opening.time, position, drive, count, lag=0.0)
+
+
+def _of_opening(stream: StreamSurvey, reason: str | None) -> str | None:
+    """Return the reason; if the log has more samples than were examined, their number is added."""
+    examined = stream.opening.time.size
+    if reason is None or examined >= stream.base.samples:
+        return reason
+    return f"in the first {examined} samples: {reason}"
+
+
+def _no_sliding(stream: StreamSurvey, kind: str | None, known_offset: bool = False) -> str | None:
     if kind == "ramp":
         return "the axis rests for most of the time; record a log of motion"
+    if known_offset:
+        return None
     if stream.velocity is not None and not stream.velocity[0] < 0.0 < stream.velocity[1]:
         return (
             "the axis moves in one direction only, which does not separate Coulomb "

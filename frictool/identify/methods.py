@@ -37,6 +37,8 @@ class IdentificationMethod:
       REFERENCE.
     - differentiates: True if the method uses differences of samples without a filter. Such a method
       needs a fine encoder and a log without gaps.
+    - own_test: True if the method needs a special test. The method's module then has a function
+      `check_records`, which raises UnusableLogs if the records are not from such a test.
     - channel: channel that the method needs in addition to motion and drive, or None
     - comparison: True if the method serves only for comparison with published values. If the force
       error is large, the intervals are not widened for effects that the model lacks.
@@ -53,6 +55,7 @@ class IdentificationMethod:
     known_inertia: bool = False
     whole_curve: bool = False
     differentiates: bool = False
+    own_test: bool = False
     channel: str | None = None
     comparison: bool = False
     known_terms: str | None = None
@@ -79,6 +82,21 @@ class IdentificationMethod:
 
         declared = bench_with_terms(bench, terms) if terms else bench
         return run(self.name, records, declared, settings)
+
+    def why_not(self, records: list[MotionRecord], bench: Bench | None = None) -> str | None:
+        """Return why the records are not from the test that the method needs, else None.
+
+        Conditions on the bench are checked only if `bench` is provided.
+        """
+        from frictool.identify.fit_result import UnusableLogs
+
+        if not self.own_test:
+            return None
+        try:
+            self._function("check_records")(records, bench)
+        except UnusableLogs as error:
+            return str(error)
+        return None
 
     def _function(self, name: str) -> Callable[..., SlidingFit]:
         module = import_module(f"frictool.identify.estimators.{self.name.replace('-', '_')}")
@@ -192,6 +210,7 @@ _ROWS = (
         "runs at constant speeds, including slow ones; also gives breakaway and Stribeck velocity "
         "if friction falls with speed",
         whole_curve=True,
+        own_test=True,
     ),
     IdentificationMethod(
         "friction-force",
@@ -201,6 +220,7 @@ _ROWS = (
         ("cutoff_hz", "filter_order"),
         velocity=True,
         whole_curve=True,
+        own_test=True,
     ),
     IdentificationMethod(
         "inverse-dynamic",
@@ -369,11 +389,12 @@ def run(
 
     Raises UnusableLogs if the records do not determine any parameter.
     """
-    _check(method, records, bench)
+    refuse_unsupported(method, records, bench)
     return METHODS[method].estimate(records, bench, settings)
 
 
-def _check(method: str, records: list[MotionRecord], bench: Bench) -> None:
+def refuse_unsupported(method: str, records: list[MotionRecord], bench: Bench) -> None:
+    """Raise UnusableLogs if a method cannot use measured velocities or the loads of the bench."""
     from frictool.identify.fit_result import UnusableLogs
 
     blind = next((record.name for record in records if record.velocity is not None), None)

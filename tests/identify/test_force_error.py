@@ -56,7 +56,7 @@ def validated(model: Path) -> float:
     return found
 
 
-@pytest.mark.parametrize("method", ["least-squares", "sines", "weak", "ordinary", "friction-force"])
+@pytest.mark.parametrize("method", ["least-squares", "sines", "weak", "ordinary"])
 def test_identify_the_model_and_validate_give_one_figure(tmp_path: Path, method: str) -> None:
     printed, model = identified(tmp_path, method)
     fit = load(model, Model).fit

@@ -135,10 +135,8 @@ def noisy(seed: int) -> MotionRecord:
     return replace(log, effort=noise, reference=log.position)
 
 
-OWN_TESTS = {
-    "stribeck-curve",
-    "output-error",
-}  # one asks for constant speeds first, one simulates for long
+# they ask for another test first, or simulate for long
+OWN_TESTS = {"stribeck-curve", "friction-force", "output-error"}
 
 
 @pytest.mark.parametrize("method", [name for name in METHODS if name not in OWN_TESTS])

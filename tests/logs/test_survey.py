@@ -114,6 +114,10 @@ def test_which_methods_a_log_can_feed():
             "inverse-dynamic": None,
             "sines": None,
             "instrumental": "the log has no reference",
+            "stribeck-curve": "found 0 runs at a constant speed forward and 0 backward; needed: at "
+            "least 6 in each direction, or runs in one direction only",
+            "friction-force": "the log reverses, but friction-force needs a stroke in one "
+            "direction; cut one stroke out (ingest --from --to), or use --method auto",
             "breakaway": "the log is not a ramp of the effort from rest (sines)",
         }.items()
     )
@@ -126,6 +130,9 @@ def test_which_methods_a_log_can_feed():
     assert told(with_signals(position=coarse, effort=force))["least-squares"] is None
     one_way = told(with_signals(position=k * 1e-3, current=force))
     assert "in one direction only" in str(one_way["least-squares"])
+    known = Stream("/axis", k * 0.001, {"position": k * 1e-3, "current": force}, UNITS)
+    offset_known = applicable_methods(surveyed(known), kind_of(known), known_offset=True)
+    assert offset_known["least-squares"] is None
     pausing = np.cumsum(np.maximum(0.0, np.sin(k / 300.0))) * 1e-3
     one_way = told(with_signals(position=pausing, current=force))
     assert "in one direction only" in str(one_way["least-squares"])
@@ -135,13 +142,12 @@ def test_which_methods_a_log_can_feed():
         "does not change": with_signals(position=0.0 * fine, effort=force),
     }.items():
         assert all(name in str(why) for why in told(stream).values())
-    ragged = Stream(
-        "/axis",
-        np.cumsum(np.where(k % 2, 0.001, 0.0017)),
-        {"position": fine, "effort": force},
-        {"position": "", "effort": ""},
-    )
-    assert all("differ from the period" in str(why) for why in told(ragged).values())
+    signals, units = {"position": fine, "effort": force}, {"position": "", "effort": ""}
+    uneven = Stream("/axis", np.cumsum(np.where(k % 2, 0.001, 0.0017)), signals, units)
+    assert told(uneven)["least-squares"] is None
+    waits = np.random.default_rng(3).exponential(0.001, k.size)
+    ragged = Stream("/axis", np.cumsum(waits + 1e-6), signals, units)
+    assert all("the log has no sample period" in str(why) for why in told(ragged).values())
     gap = Stream(
         "/axis",
         np.where(k > 4000, k + 500, k) * 0.001,

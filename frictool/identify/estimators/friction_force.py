@@ -10,17 +10,25 @@ the largest friction of the curve, at the speed v_p; in thesis (2.34), the frict
 rest. v_p is therefore not a Stribeck velocity. The details of the fit contain v_p. Only v_p is
 searched, because the force is linear in the other parameters.
 
-All samples of a stroke are used, also samples at rest within the stroke. Samples at rest shift
-Coulomb friction towards the effort at rest; select the moving part of the log with `ingest --from
---to`. The intervals allow for the correlation of the residuals that the filter causes
-(`newey_west`). The intervals do not include errors of the inertia, errors due to samples at rest,
-or errors of the instruments' clocks.
+Each log must be a stroke in one direction. At a reversal, friction changes its sign, but its
+filtered value changes slowly; the curve would then state a Coulomb friction that is far too small.
+
+All samples of a stroke are used, also samples at rest within the stroke, which shift Coulomb
+friction towards the effort at rest. The curve is therefore fitted again to the samples that
+certainly slip, and the intervals contain the intervals of both fits. Select the moving part of the
+log with `ingest --from --to`. The intervals allow for the correlation of the residuals that the
+filter causes (`newey_west`), and include the effect of every inertia in its range in bench.yaml.
+The intervals do not include errors of the instruments' clocks.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from pathlib import Path
+
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, intervals_around
@@ -35,9 +43,12 @@ from frictool.identify.rows.regression_samples import (
     joined,
     less_offset,
 )
+from frictool.identify.rows.slip_fit import known_inertia
+from frictool.identify.rows.slip_mask import NOISE_COUNTS, SPEED_SHARE
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
 
+FEWEST_ROWS = 10  # least number of samples that certainly slip, twice the number of regressors
 GRID_POINTS = 60  # grid points of the search for the speed of the largest friction
 SLOWEST, FASTEST = 1e-3, 0.5  # bounds of that speed, relative to the top speed
 
@@ -47,41 +58,31 @@ def friction_force(
 ) -> SlidingFit:
     """Return viscous friction, Coulomb friction, breakaway and offset for a known inertia.
 
-    The inertia is that in bench.yaml. Raises UnusableLogs if the records do not determine the
-    curve, or if the axis moves in one direction only and the bench has no `mechanics.offset`.
+    The inertia is that in bench.yaml. Raises UnusableLogs if `check_records` does, if the cut-off
+    is too high for the sample rate, or if all strokes have one direction and the bench has no
+    `mechanics.offset`.
     """
+    check_records(records)
+    inertia = known_inertia(bench)
     pipeline = settings.pipeline or PublishedFilters()
-    rows = joined(
-        [_rows(record, bench, pipeline.cutoff_hz, pipeline.filter_order) for record in records]
-    )
-    force = rows.effort - bench.mechanics.inertia.value * rows.acceleration
+    parts = [_rows(record, bench, pipeline.cutoff_hz, pipeline.filter_order) for record in records]
+    rows = joined([part for part, _ in parts])
+    slipping = np.concatenate([mask for _, mask in parts])
     both = bool(np.ptp(rows.sign) > 0.0)
-    top = float(np.max(np.abs(rows.velocity)))
-    if top == 0.0:
-        raise UnusableLogs("the axis does not move in any log; record a motion over several counts")
     if not both and rows.known_offset is None:
         raise UnusableLogs(f"{ONE_DIRECTION}; write mechanics.offset into the bench if it is known")
-    peak = _peak(rows, force, both, top)
-    columns = _design(rows, peak, both)
-    ratio = np.abs(rows.velocity) / peak
-    value = np.linalg.lstsq(columns, force, rcond=None)[0]
-    slope = rows.sign * value[2] * ratio * (ratio - 1.0) * np.exp(1.0 - ratio) / peak
-    residual = force - columns @ value
     reach = round(1.0 / (pipeline.cutoff_hz * records[0].period))
-    with_slope = np.column_stack((_sums(columns), slope))
-    deviation = newey_west(with_slope, residual, reach)
-    half = deviation * float(
-        scipy.special.stdtrit(
-            max(force.size / reach - with_slope.shape[1], 1.0), 0.5 + 0.5 * settings.confidence
+    if np.count_nonzero(slipping) < FEWEST_ROWS:
+        raise UnusableLogs(
+            f"the axis certainly slips in {np.count_nonzero(slipping)} samples; needed: "
+            f"{FEWEST_ROWS}; record longer strokes"
         )
-    )
-    names = ("coulomb", "viscous", "breakaway", "offset")[: columns.shape[1]]
-    value = np.array([value[0], value[1], value[0] + value[2], *value[3:]])
-    estimates = intervals_around(names, value, half)
-    refused = {
-        "inertia": "the method takes the inertia from the bench, "
-        f"{bench.mechanics.inertia.value:.4g}"
+    curve = _curve(rows, inertia, both, reach, settings.confidence)
+    in_slip = _curve(rows.rows(slipping), inertia, both, reach, settings.confidence)
+    estimates = {
+        name: _reaching(one, in_slip.estimates[name]) for name, one in curve.estimates.items()
     }
+    refused = {"inertia": f"the method takes the inertia from the bench, {inertia.value:.4g}"}
     if not both and rows.known_offset is not None:
         estimates |= {
             name: less_offset(estimates[name], rows.known_offset, float(rows.sign[0]))
@@ -89,26 +90,84 @@ def friction_force(
         }
         refused |= KNOWN_OFFSET
     details: dict[str, float | int] = {
-        "speed_of_breakaway": peak,
+        "speed_of_breakaway": curve.peak,
         "cutoff_hz": pipeline.cutoff_hz,
         "filter_order": pipeline.filter_order,
     }
     return SlidingFit(
-        estimates,
-        refused,
-        float(np.linalg.norm(residual) / np.linalg.norm(rows.effort)),
-        None,
-        float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0))),
-        force.size,
-        details,
+        estimates, refused, curve.residual, None, curve.condition, rows.velocity.size, details
     )
 
 
-def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> RegressionSamples:
-    if record.piece[-1] > 0:
-        raise UnusableLogs(
-            f"{record.name} has gaps, over which the filter cannot run; use least-squares"
+def _reaching(one: Interval, other: Interval) -> Interval:
+    """Return the interval around the value of `one` that contains both intervals."""
+    apart = abs(other.value - one.value) + other.half_width
+    return Interval.around(one.value, max(one.half_width, apart))
+
+
+@dataclass(frozen=True)
+class _FrictionCurve:
+    """Fitted curve: `peak` is v_p [rad/s | m/s], `residual` is relative to the rms effort."""
+
+    estimates: dict[str, Interval]
+    peak: float
+    residual: float
+    condition: float
+
+
+def _curve(
+    rows: RegressionSamples, inertia: Interval, both: bool, reach: int, confidence: float
+) -> _FrictionCurve:
+    """Fit the curve; `reach` is the time constant of the filter in samples."""
+    force = rows.effort - inertia.value * rows.acceleration
+    peak = _peak(rows, force, both, float(np.max(np.abs(rows.velocity))))
+    columns = _design(rows, peak, both)
+    ratio = np.abs(rows.velocity) / peak
+    value = np.linalg.lstsq(columns, force, rcond=None)[0]
+    slope = rows.sign * value[2] * ratio * (ratio - 1.0) * np.exp(1.0 - ratio) / peak
+    residual = force - columns @ value
+    with_slope = np.column_stack((_sums(columns), slope))
+    deviation = newey_west(with_slope, residual, reach)
+    half = deviation * float(
+        scipy.special.stdtrit(
+            max(force.size / reach - with_slope.shape[1], 1.0), 0.5 + 0.5 * confidence
         )
+    )
+    by_inertia = np.linalg.lstsq(with_slope, rows.acceleration, rcond=None)[0]
+    half += max(inertia.high - inertia.value, inertia.value - inertia.low) * np.abs(by_inertia)
+    names = ("coulomb", "viscous", "breakaway", "offset")[: columns.shape[1]]
+    value = np.array([value[0], value[1], value[0] + value[2], *value[3:]])
+    return _FrictionCurve(
+        intervals_around(names, value, half),
+        peak,
+        float(np.linalg.norm(residual) / np.linalg.norm(rows.effort)),
+        float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0))),
+    )
+
+
+def check_records(records: list[MotionRecord], _bench: Bench | None = None) -> None:
+    """Raise UnusableLogs if a record has gaps, reverses, or does not move."""
+    for record in records:
+        name = Path(record.name).name
+        if record.piece[-1] > 0:
+            raise UnusableLogs(
+                f"{name} has gaps, over which the filter cannot run; use least-squares"
+            )
+        directions = np.unique(find_strokes(record).sign)
+        moving = directions[directions != 0.0]
+        if moving.size == 0:
+            raise UnusableLogs(f"{name}: the axis does not move by more than an encoder count")
+        if moving.size > 1:
+            raise UnusableLogs(
+                f"{name} reverses, but friction-force needs a stroke in one direction; cut one "
+                "stroke out (ingest --from --to), or use --method auto"
+            )
+
+
+def _rows(
+    record: MotionRecord, bench: Bench, cutoff_hz: float, order: int
+) -> tuple[RegressionSamples, NDArray[np.bool_]]:
+    """Return the rows (n,) of all strokes, and a mask (n,) of the rows that certainly slip."""
     if 2.0 * cutoff_hz * record.period >= 1.0:
         raise UnusableLogs(
             f"a cut-off of {cutoff_hz:g} Hz is not below half of the sampling rate; allowed: below "
@@ -131,8 +190,6 @@ def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> R
     offset = bench.mechanics.offset
     acceleration = np.diff(speed, prepend=speed[0]) / record.period
     moving = strokes.sign != 0.0
-    if not moving.any():
-        raise UnusableLogs(f"{record.name}: the axis does not move by more than an encoder count")
     rows = RegressionSamples(
         acceleration,
         speed,
@@ -142,7 +199,10 @@ def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> R
         np.abs(speed) * record.period / record.resolution,
         None if offset is None else Interval(offset.value, *offset.interval),
     )
-    return rows.rows(moving)
+    least = NOISE_COUNTS * record.resolution * cutoff_hz
+    along = speed * strokes.sign
+    slips = along > max(least, SPEED_SHARE * float(along.max()))
+    return rows.rows(moving), slips[moving]
 
 
 def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:

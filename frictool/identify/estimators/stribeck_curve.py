@@ -50,6 +50,9 @@ WHOLE_SHARE = 0.027
 # speed with ramps of a quarter of the stroke have 0.5, tests of `excite --kind speeds` at least
 # 0.75.
 SPEEDS_SHARE = 0.7
+# least share of the moving samples in runs. In a sine, the speed is within 5 % of its maximum
+# during a fifth of the motion. Such runs are all near one position: a load looks like an offset.
+LEAST_SHARE = 1 / 3
 ENDS_SHARE = 0.1  # share of a stroke at each end in which the speed settles
 MOST_DRIFT = 0.05  # largest change of speed along a run, relative to its speed
 FEWEST_COUNTS = 10.0  # least distance of a run, in counts; its speed is then known to a tenth
@@ -120,8 +123,8 @@ def stribeck_curve(
     ------
     UnusableLogs
         If there are no runs at constant speed, if a direction has only one to five runs, if the
-        speeds of the runs differ by less than a factor of 2, or if all runs have the same direction
-        and the bench has no `mechanics.offset`.
+        runs are less than a third of the motion, if the speeds of the runs differ by less than a
+        factor of 2, or if all runs have the same direction and the bench has no `mechanics.offset`.
     """
     inertia = known_inertia(bench)
     runs = find_runs(records)
@@ -159,6 +162,16 @@ def stribeck_curve(
             **dict.fromkeys(FALL, f"{reason}; slower runs would determine it"),
         },
     )
+
+
+def check_records(records: list[MotionRecord], bench: Bench | None = None) -> None:
+    """Raise UnusableLogs if the records have too few runs at constant speed.
+
+    If all runs have one direction, the bench must state an offset; without `bench`, the offset is
+    not checked.
+    """
+    if find_runs(records).one_way and bench is not None:
+        _known_offset(bench)
 
 
 def _known_offset(bench: Bench) -> Interval:
@@ -248,8 +261,8 @@ def _sum(one: Interval, other: Interval) -> Interval:
 def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
     """Return all runs at constant speed.
 
-    Raises UnusableLogs if there are too few runs, or if the speeds of the runs differ by less than
-    a factor of 2.
+    Raises UnusableLogs if there are too few runs, if the runs are less than a third of the motion,
+    or if the speeds of the runs differ by less than a factor of 2.
     """
     rows = _rows(records)
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)
@@ -258,6 +271,12 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
         raise UnusableLogs(
             f"found {counts[0]} runs at a constant speed forward and {counts[1]} backward; needed: "
             f"at least {FEWEST_SPEEDS} in each direction, or runs in one direction only"
+        )
+    share = _share(rows, records)
+    if share < LEAST_SHARE:
+        raise UnusableLogs(
+            f"runs at a constant speed are {100 * share:.2g} % of the motion (needed: "
+            f"{100 * LEAST_SHARE:.2g} %); record runs at constant speeds, or use --method auto"
         )
     if table[:, 0].max() < 2.0 * table[:, 0].min():
         raise UnusableLogs(
@@ -268,9 +287,13 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
 
 def runs_prevail(records: list[MotionRecord]) -> bool:
     """Return True if runs at constant speed have more than SPEEDS_SHARE of the moving samples."""
-    rows = _rows(records)
+    return _share(_rows(records), records) > SPEEDS_SHARE
+
+
+def _share(rows: list[RunRow], records: list[MotionRecord]) -> float:
+    """Return the share of the moving samples in runs, with their first and last blocks."""
     moving = sum(np.count_nonzero(find_strokes(record).sign) for record in records)
-    return sum(row[3] + 2.0 * BLOCK for row in rows) > SPEEDS_SHARE * moving
+    return sum(row[3] + 2.0 * BLOCK for row in rows) / max(moving, 1)
 
 
 def _rows(records: list[MotionRecord]) -> list[RunRow]:

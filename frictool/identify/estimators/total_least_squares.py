@@ -21,7 +21,7 @@ import numpy as np
 import scipy
 
 from frictool.documents.bench import Bench
-from frictool.identify.fit_result import SLIDING, SlidingFit
+from frictool.identify.fit_result import SLIDING, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.regression_samples import (
@@ -46,7 +46,8 @@ def total_least_squares(
 ) -> SlidingFit:
     """Return inertia, viscous friction, Coulomb friction and offset by total least squares.
 
-    Raises UnusableLogs if the records have too few samples of sliding motion.
+    Raises UnusableLogs if the records have too few samples of sliding motion, or if a part of them
+    does not separate the parameters.
     """
     return slipping_fit(
         records,
@@ -107,10 +108,18 @@ def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
       (p + 1, p + 1)
     - noise: matrix S, noise variances of the columns of a row, (p + 1, p + 1); the last variance,
       that of the effort, must be positive
+
+    Raises UnusableLogs if M is singular.
     """
     scale = np.sqrt(np.diag(mean))
     m, s = mean / np.outer(scale, scale), noise / np.outer(scale, scale)
     # 1/lambda is the largest eigenvalue of S relative to M; M is definite, S is not
-    smallest = 1.0 / float(scipy.linalg.eigh(s, m, eigvals_only=True)[-1])
+    try:
+        smallest = 1.0 / float(scipy.linalg.eigh(s, m, eigvals_only=True)[-1])
+    except np.linalg.LinAlgError:
+        raise UnusableLogs(
+            "a part of the logs does not separate the parameters, which total least squares need; "
+            "record more strokes in both directions, or use least-squares"
+        ) from None
     left = m - smallest * s
     return np.asarray(np.linalg.solve(left[:-1, :-1], left[:-1, -1]) * scale[-1] / scale[:-1])

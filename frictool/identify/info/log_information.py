@@ -67,7 +67,8 @@ def info(
         Log in memory, or path of a log file.
     bench
         Bench of the log. A raw log needs a bench, which maps the columns. With a bench, samples at
-        the actuator's limit are counted.
+        the actuator's limit are counted, and the identification methods are tried on a log of at
+        most 262 144 samples.
     window
         Time window of the survey.
 
@@ -89,7 +90,10 @@ def info(
         else:
             path = Path(log)
         made, surveys = _surveyed(path, bench, window)
-        return Information(_facts(made, surveys), tuple(surveys), made)
+        facts = _facts(made, surveys, bench)
+        if bench is not None:
+            facts["methods"] = _tried(made, surveys, bench, facts["methods"])
+        return Information(facts, tuple(surveys), made)
 
 
 def _surveyed(
@@ -111,7 +115,7 @@ def _surveyed(
     return made, [stream(index) for index in indices]
 
 
-def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
+def _facts(made: LogAssembly, surveys: list[StreamSurvey], bench: Bench | None) -> dict[str, Any]:
     columns = origins(made, [one.topic for one in surveys]).get(COLUMNS, {})
     main = next((one for one in surveys if "position" in one.signals), surveys[0])
     test, source = _test(made, main)
@@ -137,8 +141,28 @@ def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
         "dated_by": {flow.head.topic: flow.clock for flow in made.flows if flow.clock is not None},
         "clock_offset": made.notes.get(CLOCK_OFFSET, {}),
         "layout": made.notes.get(LAYOUT, {}),
-        "methods": applicable_methods(main, test),
+        "methods": applicable_methods(
+            main, test, known_offset=bench is not None and bench.mechanics.offset is not None
+        ),
     }
+
+
+def _tried(
+    made: LogAssembly,
+    surveys: list[StreamSurvey],
+    bench: Bench,
+    reasons: dict[str, str | None],
+) -> dict[str, str | None]:
+    """Return the reasons against each method, from a trial of the methods on the first samples.
+
+    If the log has more samples than the trial, only the reasons of `reasons` are returned.
+    """
+    if any(one.opening.time.size < one.base.samples for one in surveys):
+        return reasons
+    from frictool.identify.method_trials import tried_methods  # loads every method
+
+    log = Log(tuple(one.opening for one in surveys), made.notes, made.flows[0].source)
+    return tried_methods(log, bench, reasons)
 
 
 def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, Any]]:
