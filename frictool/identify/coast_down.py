@@ -28,6 +28,8 @@ from frictool.identify.rows.slip_fit import known_inertia
 LARGEST_EFFORT = 0.05
 # and its largest deviation from its median, divided by the effort at the drive's limit: noise
 LARGEST_NOISE = 0.1
+# largest share of the effort's mean square that the motion explains if the effort is noise
+LARGEST_EXPLAINED = 0.5
 LARGEST_MISFIT = 0.5  # largest rms residual, divided by inertia times rms acceleration
 DRIVE_OFF = "the drive was off; such a log shows friction relative to the inertia only"
 
@@ -36,8 +38,9 @@ def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
     """Return True if the effort is noise, and too small to have caused the acceleration.
 
     Too small means that the rms effort is below 5 % of the rms acceleration times the smallest
-    inertia in bench.yaml. The effort must also be noise: otherwise, a driven log would pass this
-    test if bench.yaml stated far too large an inertia.
+    inertia in bench.yaml. The effort must also be noise, which the motion does not explain:
+    otherwise, a driven log would pass this test if bench.yaml stated far too large an inertia, or a
+    wrong unit of the current.
     """
     if not rows:
         return False
@@ -47,7 +50,20 @@ def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
         return False
     effort = float(np.sqrt(sum(np.sum(one.effort**2) for one in rows)))
     acceleration = float(np.sqrt(sum(np.sum(one.acceleration**2) for one in rows)))
-    return effort < LARGEST_EFFORT * bench.mechanics.inertia.interval[0] * acceleration
+    small = effort < LARGEST_EFFORT * bench.mechanics.inertia.interval[0] * acceleration
+    return small and not _follows_motion(rows)
+
+
+def _follows_motion(rows: Sequence[SlipRows]) -> bool:
+    """Return True if acceleration, velocity and direction explain the effort better than noise."""
+    effort = np.concatenate([one.effort for one in rows])
+    velocity = np.concatenate([one.velocity for one in rows])
+    acceleration = np.concatenate([one.acceleration for one in rows])
+    columns = np.column_stack((acceleration, velocity, np.sign(velocity), np.ones(effort.size)))
+    size = np.linalg.norm(columns, axis=0)
+    columns /= np.where(size > 0.0, size, 1.0)
+    left = effort - columns @ np.linalg.lstsq(columns, effort, rcond=None)[0]
+    return float(np.var(left)) < (1.0 - LARGEST_EXPLAINED) * float(np.var(effort))
 
 
 def coast_down(

@@ -6,11 +6,12 @@ force error, or if it leaves much of the effort unexplained.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from frictool.documents.bench import Bench
 from frictool.documents.name_list import listed
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import Quantity, si_unit
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import DEFAULT, METHODS
@@ -20,12 +21,21 @@ DOUBTFUL_FORCE_ERROR = 0.2
 # ratio of the force errors with the bench's and with the log's values above which a warning is
 # issued
 WORSE = 1.5
+# ratio of inertia and friction to the values in bench.yaml that shows a mistaken unit (mA for A),
+# and largest factor by which the ratios of the parameters may differ from each other
+OTHER_UNIT = 100.0
+SPREAD = 30.0
 LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
 
 
 def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> list[str]:
-    """Return a warning for each parameter whose interval does not overlap that in bench.yaml."""
+    """Return a warning for each parameter whose interval does not overlap that in bench.yaml.
+
+    If all of them are too large or too small by about the same large factor, the first warning says
+    that the unit of the drive signal may be wrong.
+    """
     out = []
+    ratios = dict[str, float]()
     for name, interval in identified.items():
         known: Quantity | None = getattr(bench.mechanics, name, None)
         if known is not None and contradicts(interval, known):
@@ -37,7 +47,25 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
                 f"{name}: {shown} [{known.low:.4g}, {known.high:.4g}]; the log's value is "
                 "used; correct the bench, or leave out logs of another rig"
             )
-    return out
+            if name != "offset" and known.value * interval.value > 0.0:
+                ratios[name] = interval.value / known.value
+    return _other_unit(ratios, bench) + out
+
+
+def _other_unit(ratios: Mapping[str, float], bench: Bench) -> list[str]:
+    """Return a warning about the drive's unit; `ratios` are relative to bench.yaml's values."""
+    if len(ratios) < 2:
+        return []
+    low, high = min(ratios.values()), max(ratios.values())
+    if high > SPREAD * low or 1.0 / OTHER_UNIT < math.sqrt(low * high) < OTHER_UNIT:
+        return []
+    factor = f"{low:.2g} to {high:.2g} times the bench's values"
+    drive = bench.actuator.drive
+    unit = si_unit(drive, bench.axis)
+    return [
+        f"{', '.join(ratios)} are {factor}: check the unit in columns.{drive} (m{unit} or {unit}), "
+        "and actuator.constant"
+    ]
 
 
 def replacement_warnings(

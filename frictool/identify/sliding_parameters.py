@@ -19,6 +19,7 @@ from frictool.identify.outcome import Outcome, accept, sliding_intervals
 from frictool.identify.unmodelled_effects import WidenedFit, widened
 
 NO_SLIDING = "no log of sliding motion was provided"
+OTHER_UNIT = 10.0  # force error above which values of the bench are far too large for the effort
 LARGEST_FORCE_ERROR = 0.5  # a quarter of the effort's mean square is then unexplained
 
 
@@ -38,10 +39,15 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
     refuse_self_explained(fit, logs.sliding)
     fit = with_force_error(replace(fit, method=fit.method or logs.method), logs, fit.parameters)
     if fit.force_error is not None and fit.force_error > LARGEST_FORCE_ERROR:
+        advice = (
+            "the effort is far too small for the bench's values; check the unit in "
+            f"columns.{logs.bench.actuator.drive}"
+            if fit.force_error > OTHER_UNIT
+            else "check that effort and position are from the same test"
+        )
         raise UnusableLogs(
             f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % "
-            f"(allowed: at most {100 * LARGEST_FORCE_ERROR:g} %); check that effort and "
-            "position are from the same test"
+            f"(allowed: at most {100 * LARGEST_FORCE_ERROR:g} %); {advice}"
         )
     return fit
 

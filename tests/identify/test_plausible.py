@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 from frictool.documents.bench import Bench
+from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
+from frictool.identify.coast_down import drive_was_off
+from frictool.identify.force_error import motion_rows
+from frictool.identify.identification import NothingIdentified, identify_records
+from frictool.identify.methods import REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.record_plausibility import implausible
 from studies.rigs.identification_rigs import clutch, record
@@ -98,3 +103,43 @@ def test_a_gap_in_time_is_no_jump(log: MotionRecord) -> None:
     position[900:] += 40.0 * TRUTH.encoder_step
     piece[900:] = 1
     assert implausible(replace(log, position=position, piece=piece), clutch()) == []
+
+
+def test_a_unit_that_makes_the_effort_1000_times_too_large_is_named(log: MotionRecord) -> None:
+    """With mA read as A, inertia and friction are all wrong by one factor."""
+    bench = clutch()
+    limit = Quantity(1e3 * bench.actuator.limit.value, unit="A")
+    actuator = msgspec.structs.replace(bench.actuator, limit=limit)
+    result = identify_records(
+        [replace(log, effort=1e3 * log.effort)],
+        [],
+        msgspec.structs.replace(bench, actuator=actuator),
+        REFERENCE,
+        IdentificationSettings(),
+    )
+    assert (
+        "times the bench's values: check the unit in columns.current (mA or A)"
+        in (result.warnings[0])
+    )
+    assert result.identified["coulomb"].value == pytest.approx(1e3 * TRUTH.coulomb, rel=0.1)
+
+
+def test_a_unit_that_makes_the_effort_1000_times_too_small_is_named(log: MotionRecord) -> None:
+    """Such an effort is no drive that was off: it follows the motion."""
+    weak = replace(log, effort=1e-3 * log.effort)
+    assert not drive_was_off(motion_rows([weak], clutch()), clutch())
+    with pytest.raises(NothingIdentified, match=r"far too small .* check the unit in columns.curr"):
+        identify_records([weak], [], clutch(), REFERENCE, IdentificationSettings())
+
+
+def test_a_parameter_that_alone_contradicts_the_bench_says_nothing_of_a_unit(
+    log: MotionRecord,
+) -> None:
+    bench = clutch()
+    wrong = msgspec.structs.replace(
+        bench.mechanics, coulomb=Quantity(500.0, 400.0, 600.0, unit="N m")
+    )
+    bench = msgspec.structs.replace(bench, mechanics=wrong)
+    result = identify_records([log], [], bench, REFERENCE, IdentificationSettings())
+    assert any(text.startswith("coulomb: the log's interval") for text in result.warnings)
+    assert not any("check the unit" in text for text in result.warnings)

@@ -120,3 +120,41 @@ def test_a_drive_that_is_zero_throughout_tells_no_other_constant():
         match_bench(replace(still, streams=(replace(still.main, signals=signals),)), rig).warnings
         == still.warnings
     )
+
+
+def test_a_current_in_milliamperes_is_named_with_its_column_and_unit() -> None:
+    """The bench states amperes: the values are 1000 times the drive's."""
+    rig = bench(COLUMNS)
+    limit = rig.actuator.limit.value
+    milli = 1000.0 * 0.5 * limit * np.array([1.0, -1.0, 0.8, -0.2])
+    log = made(rig, i=milli)
+    assert log.warnings == (
+        f"column 'i' is {milli.min():.4g} to {milli.max():.4g} A, but the drive's limit in "
+        f"bench.yaml is {limit:.4g} A; if it is in mA, write unit: mA in columns.current",
+    )
+    with pytest.raises(LogError, match=r"column 'i' is .*; if it is in mA, write unit: mA"):
+        match_bench(log, rig)
+    right = bench({**COLUMNS, "current": Column("i", "mA")})
+    assert match_bench(made(right, i=milli), right).warnings == ()
+
+
+def test_a_drive_beyond_any_small_unit_asks_for_the_limit() -> None:
+    rig = bench(COLUMNS)
+    log = made(rig, i=1e5 * rig.actuator.limit.value * np.array([1.0, -1.0, 1.0, -1.0]))
+    assert log.warnings[0].endswith("correct columns.current or actuator.limit")
+
+
+def test_a_measured_effort_in_small_units_is_named() -> None:
+    rig = bench({**COLUMNS, "effort": Column("sensor", "N m")})
+    most = rig.actuator.limit.value * rig.actuator.constant.value
+    log = made(rig, sensor=400.0 * most * np.array([1.0, -1.0, 1.0, -1.0]))
+    assert "column 'sensor' is" in log.warnings[0]
+    assert log.warnings[0].endswith("if it is in mN m, write unit: mN m in columns.effort")
+
+
+def test_a_few_spikes_are_no_other_unit() -> None:
+    rig = bench(COLUMNS)
+    current = np.zeros(1000)
+    current[500] = 1e3 * rig.actuator.limit.value
+    log = made(rig, encoder=np.arange(1000.0), i=current)
+    assert not any("drive's limit" in text for text in log.warnings)

@@ -18,6 +18,7 @@ from frictool.logs.canonical.mcap_layout import COLUMNS, message_path
 from frictool.logs.channels.mapping import EFFORT, check_rate
 from frictool.logs.clocks.resampling import RESAMPLED
 from frictool.logs.log import Log, Stream
+from frictool.logs.quality.drive_range import IMPOSSIBLE, beyond_limit
 from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.time_base import time_base
 from frictool.logs.quality.wrap_detection import WrapSearch
@@ -35,13 +36,16 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
     Warnings about the log and about a changed constant are appended to the warnings of the result.
 
     Raises LogError if a unit belongs to a rotary axis but the axis of the bench is linear (or the
-    reverse), if the position wraps, or if the sample periods of the log and of bench.yaml differ by
-    more than a factor of 30. If `same_period` is True, the periods may differ by at most 20 %.
+    reverse), if a drive signal is far beyond the drive's limit, if the position wraps, or if the
+    sample periods of the log and of bench.yaml differ by more than a factor of 30. If `same_period`
+    is True, the periods may differ by at most 20 %.
     """
     stream = log.main
     _check_units(log, stream, bench)
+    doubt = _check_drive(log, stream, bench)
     noted = [
         *log.warnings,
+        *([doubt] if doubt else []),
         *_check_wraps(log, stream, bench),
         *check_rate(log.source, time_base(stream.time), bench.sample_period_s, same=same_period),
     ]
@@ -77,6 +81,24 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
                 f"bench {bench.name!r} needs {wanted!r}"
             )
             raise LogError(log.source, f"{mismatch}; give the bench of this log")
+
+
+def _check_drive(log: Log, stream: Stream, bench: Bench) -> str | None:
+    """Return a warning if a drive signal exceeds the drive's limit; raise LogError if it cannot."""
+    notes = log.metadata.get(COLUMNS, {})
+    paths = {name: _path_before(log, message_path(stream.topic, name)) for name in stream.signals}
+    columns = {
+        name: notes[path].rpartition(" [")[0] for name, path in paths.items() if path in notes
+    }
+    signals = {
+        name: values
+        for name, values in stream.signals.items()
+        if name != EFFORT or _is_measured(log, stream, bench)
+    }
+    impossible = beyond_limit(signals, columns, bench, IMPOSSIBLE)
+    if impossible is not None:
+        raise LogError(log.source, impossible)
+    return beyond_limit(signals, columns, bench)
 
 
 def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:

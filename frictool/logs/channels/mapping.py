@@ -25,6 +25,7 @@ from frictool.logs.clocks.clock_drift import ClockPair
 from frictool.logs.clocks.longest_increasing import increasing
 from frictool.logs.clocks.sample_intervals import SampleIntervals
 from frictool.logs.losses import LossList
+from frictool.logs.quality.drive_range import beyond_limit
 from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.opening_samples import OpeningSamples
 from frictool.logs.quality.sign_check import sign_of
@@ -177,7 +178,13 @@ class ChannelMapper:
                 f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; "
                 "allowed: at least 2",
             )
-        sign = sign_of(self._opening.stream).text
+        opening = self._opening.stream
+        sign = sign_of(opening).text
+        # an effort that is computed from the drive signal is not in the file
+        signals = {n: one for n, one in opening.signals.items() if n in self.columns}
+        unit_doubt = beyond_limit(
+            signals, {one.channel: one.name for one in self._sources}, self._bench
+        )
         rate = check_rate(self.source, self._intervals.base(), self._period)
         drift = self._clocks.finding(self.clock, 1.0 / self._intervals.base().rate_hz)
         rounded = (ROUNDED.format(self._rounding),) if self._rounding > 1.0 / NS else ()
@@ -191,7 +198,7 @@ class ChannelMapper:
             *rate,
             *rounded,
             *counter,
-            *(text for text in (question, drift, sign) if text),
+            *(text for text in (question, drift, sign, unit_doubt) if text),
         )
 
     @property
