@@ -92,7 +92,8 @@ MOST_LEFT = 3  # largest number of hypotheses that are reported as left in the r
 NOTICEABLE = 0.95
 ECCENTRICITY = "eccentricity"
 NOISY = 2.0 * SMALLEST_SHARE  # share of noise above which the acceleration counts as noisy
-LIKE_ACCELERATION = ("delay", "resonance")  # effects that are not tried with noisy acceleration
+DELAY = "delay"
+LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried with noisy acceleration
 SMOOTHER = 2.0  # factor on the smoothing windows of the second test of a load
 EQUAL = 1.1  # largest ratio of the squared errors of two hypotheses that predict equally well
 
@@ -340,7 +341,7 @@ def _trials(
     used: Sequence[Hypothesis],
 ) -> list[Trial]:
     """Return a trial of each unused hypothesis that the rows determine."""
-    hidden = LIKE_ACCELERATION if search.noisy(rows.samples) else ()
+    hidden = _hidden(search, rows, waves, used)
     free = [one for one in search.hypotheses if one not in used and one.term not in hidden]
     level = 0.5 * FALSE_ALARM / max(len(search.hypotheses), 1)
     candidates: list[tuple[Hypothesis, ReducedRows, float, float | None]] = [
@@ -357,6 +358,35 @@ def _trials(
         if squares is not None and table.visible(one, used):
             out.append(Trial(one, table, squares, chance, wave))
     return out
+
+
+def _hidden(
+    search: ExplanationSearch,
+    rows: ReducedRows,
+    waves: tuple[float, ...],
+    used: Sequence[Hypothesis],
+) -> tuple[str, ...]:
+    """Return the effects that noise of the acceleration prevents from being tested.
+
+    A delay is tested in spite of the noise if, with longer smoothing windows, it explains more than
+    the noise can hide, and predicts the strokes better than any other hypothesis.
+    """
+    if not search.noisy(rows.samples):
+        return ()
+    smoother = search.smoother(SMOOTHER)
+    try:
+        smooth = smoother.rows(waves)
+    except UnusableLogs:
+        return LIKE_ACCELERATION
+    squares = {
+        one.term: float(np.sum(errors))
+        for one in search.hypotheses
+        if one not in used
+        and smooth.visible(one, used)
+        and (errors := smooth.squares([*used, one])) is not None
+    }
+    best = min(squares, key=lambda term: squares[term], default=None)
+    return tuple(term for term in LIKE_ACCELERATION if term != DELAY or best != DELAY)
 
 
 def search_explanations(
