@@ -4,6 +4,8 @@
   or, with noise, stays near a level although the motion needs more.
 - Clipped encoder: the position stops at its extreme within a sample, although the effort is too
   small to brake the axis that fast.
+- Unsigned effort: the absolute value of the effort was logged. This effort is never negative and
+  reaches 0 without staying there, and its mean is about the same in both directions of motion.
 - Computed effort: the effort was computed from the encoder signal and not measured. A fit with
   hardly any friction explains the effort almost exactly.
 - Effort as a function of position: a gravity compensation commands the effort, and another force
@@ -21,7 +23,8 @@ from frictool.documents.quantity import si_unit
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.hidden_saturation import hidden_saturation
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.rows.strokes import find_strokes
+from frictool.identify.rows.smoothing import position_noise
+from frictool.identify.rows.strokes import Strokes, find_strokes
 from frictool.logs.quality.saturation import FlatTopDetector
 from frictool.typing import Vector
 
@@ -32,6 +35,16 @@ AT_THE_LIMIT = 0.99
 STOPPING_SAMPLES = 3
 MARGIN = 2.0  # safety factor on the deceleration that effort and friction can cause
 COUNTS = 2.0  # largest error of the distance over STOPPING_SAMPLES, in encoder counts
+NOISES = 8.0  # and in standard deviations of the position noise
+# smallest effort, relative to the largest, at which a signal that is never negative reaches 0
+REACHES_ZERO = 0.01
+# largest difference of the mean efforts of both directions, relative to their sum, of an unsigned
+# effort
+ALIKE = 0.5
+# an unsigned effort dips at a reversal below this share of its means in both strokes, at least at
+# this share of the reversals
+DIP, LEAST_DIPS = 0.25, 0.8
+MOST_AT_ZERO = 0.01  # largest share of moving samples at the smallest effort; more is saturation
 SELF_EXPLAINED = 1e-3  # relative residual that is smaller than the noise of any effort sensor
 NO_FRICTION = 0.02  # Coulomb friction relative to the rms effort that counts as no friction
 # largest share of the effort's variance that the position leaves unexplained
@@ -45,6 +58,7 @@ def refuse_unmeasured(records: list[MotionRecord], bench: Bench) -> None:
         _refuse_saturated(record, bench)
         _refuse_hidden_saturation(record, bench)
         _refuse_clipped(record, bench)
+        _refuse_unsigned(record)
 
 
 def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
@@ -78,6 +92,7 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
     x = record.position
     n = STOPPING_SAMPLES
     unit = si_unit("position", bench.axis)
+    noise = position_noise(record)
     friction, inertia = bench.mechanics.coulomb.interval[1], bench.mechanics.inertia.interval[0]
     for extreme in (x.max(), x.min()):
         stops = (
@@ -89,13 +104,48 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
         for at in stops[record.piece[stops + n] == record.piece[stops - n]]:
             speed = abs(x[at - 1] - x[at - n]) / ((n - 1) * record.period)
             brake = (float(np.abs(record.effort[at - n : at + n]).max()) + friction) / inertia
-            unseen = COUNTS * record.resolution / ((n - 1) * record.period)
+            unseen = max(COUNTS * record.resolution, NOISES * noise) / ((n - 1) * record.period)
             if speed > MARGIN * brake * 0.5 * n * record.period + unseen:
                 raise UnusableLogs(
                     f"{record.name}: at {record.time[at]:.6g} s the velocity falls from "
                     f"{speed:.3g} {unit}/s to 0 in a sample, at the extreme {extreme:.4g} {unit}: "
                     "the encoder is clipped, or the axis hit a stop"
                 )
+
+
+def _refuse_unsigned(record: MotionRecord) -> None:
+    strokes = find_strokes(record)
+    direction = strokes.sign
+    effort = record.effort if record.effort.max() > 0.0 else -record.effort
+    low, high = float(effort.min()), float(effort.max())
+    moving = effort[direction != 0.0]
+    if (
+        low < 0.0
+        or low > REACHES_ZERO * high
+        or min(np.sum(direction > 0.0), np.sum(direction < 0.0)) < FEWEST_SAMPLES
+        or np.mean(moving == low) > MOST_AT_ZERO
+    ):
+        return
+    forward, backward = (float(np.mean(effort[direction == side])) for side in (1.0, -1.0))
+    alike = abs(forward - backward) < ALIKE * (forward + backward)
+    if alike and _dips(effort, strokes) >= LEAST_DIPS:
+        raise UnusableLogs(
+            f"{Path(record.name).name}: the effort has one sign in both directions of motion, but "
+            "reaches 0: it is an absolute value; log the drive signal with its sign"
+        )
+
+
+def _dips(effort: Vector, strokes: Strokes) -> float:
+    """Return the share of reversals at which the effort (n,) dips below DIP times both strokes."""
+    edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1))
+    found = list[bool]()
+    for start, turn, end in zip(edges[:-2], edges[1:-1], edges[2:], strict=True):
+        if strokes.sign[start] * strokes.sign[turn] >= 0.0:
+            continue
+        level = min(float(np.mean(effort[start:turn])), float(np.mean(effort[turn:end])))
+        near = effort[(start + turn) // 2 : (turn + end) // 2]
+        found.append(float(near.min()) < DIP * level)
+    return float(np.mean(found)) if found else 0.0
 
 
 def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:

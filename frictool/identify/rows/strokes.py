@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.smoothing import position_noise
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
@@ -16,6 +17,8 @@ from frictool.typing import Vector
 COUNTS = 1.5
 # least motion back after a reversal, relative to the range; less is noise of a fine encoder
 SHARE_OF_RANGE = 1e-3
+# and in standard deviations of a position noise that exceeds an encoder count
+NOISES = 8.0
 
 
 @kernel
@@ -98,6 +101,9 @@ def find_strokes(record: MotionRecord) -> Strokes:
     """Return the strokes (motions between two reversals) of a record; a gap ends a stroke."""
     position = record.position
     threshold = max(COUNTS * record.resolution, SHARE_OF_RANGE * float(np.ptp(position)))
+    noise = position_noise(record)
+    if noise > record.resolution:
+        threshold = max(threshold, NOISES * noise)
     points = np.empty(position.size, dtype=np.int64)
     edges = np.concatenate(([0], np.flatnonzero(np.diff(record.piece)) + 1, [position.size]))
     turns = [
