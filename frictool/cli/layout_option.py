@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 OPTION = "--layout"
 # advice to write a key of `layout` into bench.yaml
 _ADVICE = re.compile(r"(?:write )?layout\.\w.*? in bench\.yaml")
-_KEY = re.compile(r"layout\.(\w+)(?:: ([\w-]+))?")  # key, and value if the advice contains it
+# key, and value if the advice contains it; a value with a blank is quoted
+_KEY = re.compile(r"layout\.(\w+)(?:: (?:'([^']+)'|([\w-]+)))?")
 
 layout_option = click.option(
     OPTION,
@@ -47,7 +48,11 @@ def layout_advice() -> Iterator[None]:
 
 def _as_option(advice: re.Match[str]) -> str:
     keys = advice[0].replace("write ", "use ").removesuffix(" in bench.yaml")
-    return _KEY.sub(lambda key: f"{OPTION} {key[1]}={key[2] or 'VALUE'}", keys)
+    return _KEY.sub(_option, keys)
+
+
+def _option(key: re.Match[str]) -> str:
+    return f"{OPTION} '{key[1]}={key[2]}'" if key[2] else f"{OPTION} {key[1]}={key[3] or 'VALUE'}"
 
 
 def layout_of(texts: tuple[str, ...]) -> Layout | None:

@@ -19,6 +19,7 @@ from studies.command_line import run
 from tests.support.command_line import refused
 from tests.support.documentation_pages import ROOT
 from tests.support.logger_headers import LOGGERS, twincat
+from tests.support.recordings import Sent, json_mcap
 
 ASKED = "?"
 EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
@@ -197,6 +198,17 @@ def test_the_channels_of_twincat_keep_their_names_and_units(tmp_path: Path):
     assert (
         "header in line 5, units in line 19, numbers from line 23"
         in run("info", tmp_path / "log.csv", "--bench", bench).stdout
+    )
+
+
+def test_info_names_the_columns_of_two_drives(tmp_path: Path) -> None:
+    log = tmp_path / "two.csv"
+    rows = "".join(f"{k / 1000},{k},{k % 7},{-k},{k % 5}\n" for k in range(50))
+    log.write_text(f"Time,pos_1,cur_1,pos_2,cur_2\n{rows}")
+    refused(
+        run("info", log),
+        3,
+        "columns.position: fill in column 'pos_1' or 'pos_2': several columns fit equally well",
     )
 
 
@@ -445,6 +457,29 @@ def test_a_refusal_that_names_a_key_of_the_bench_names_the_option(
     bench = tmp_path / "known.yaml"
     bench.write_text((ROOT / "configs/clutch/bench.yaml").read_text())
     assert "--layout" not in run("info", log, "--bench", bench).stderr
+
+
+def test_a_clock_with_a_blank_in_its_name_is_quoted(tmp_path: Path) -> None:
+    """The stamps of the recording are no times; its log times are."""
+    rows = [
+        Sent(
+            "/rig",
+            "rig.Motor",
+            "",
+            k * 10**7,
+            {"timestamp": {"sec": 10**10, "nsec": k}, "position": 1.0 * k, "current": 0.1 * k},
+        )
+        for k in range(1, 200)
+    ]
+    log, bench = tmp_path / "log.mcap", tmp_path / "bench.yaml"
+    log.write_bytes(json_mcap(rows))
+    refused(run("info", log), 3, "a message has no timestamp; use --layout 'clock=log time'")
+    done = run("info", log, "--layout", "clock=log time", "--json")
+    assert json.loads(done.stdout)["duration_s"] == pytest.approx(1.98)
+    text = (ROOT / "configs/clutch/bench.yaml").read_text()
+    text = text.replace("column: encoder", "column: /rig.position")
+    bench.write_text(text.replace("column: current", "column: /rig.current"))
+    refused(run("info", log, "--bench", bench), 3, "write layout.clock: 'log time' in bench.yaml")
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,10 @@ def test_ramps_that_only_alternate_measure_nothing_beyond_the_backlash() -> None
     reason = why_unusable(log, bench)
     assert reason is not None
     assert "12 ramps, but 0 usable" in reason
-    assert "repeat ramps in the same direction" in reason
+    assert reason.endswith(
+        "after a reversal, move the axis 3.22 rad (backlash) and stop it; then raise the effort "
+        "evenly in the same direction"
+    )
     rigid = msgspec.structs.replace(
         bench, mechanics=msgspec.structs.replace(bench.mechanics, backlash=None)
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -72,14 +73,15 @@ def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
     ramps = int(np.sum(ramps_among(rests, record.position, record.effort)))
     usable = len(find_onsets(record, bench))
     text = (
-        f"{record.name} has {ramps} ramps, but {usable} usable breakaways; needed: {FEWEST_ONSETS}"
+        f"{Path(record.name).name} has {ramps} ramps, but {usable} usable breakaways; needed: "
+        f"{FEWEST_ONSETS}"
     )
     if bench.mechanics.backlash is None:
-        return text
+        return f"{text}: from rest, raise the effort evenly until the axis moves, and repeat"
     unit = "rad" if bench.axis == "rotary" else "m"
     return (
-        f"{text}; after a reversal the axis must move {_least_motion(record, bench):.3g} {unit} "
-        "(backlash) before a ramp: repeat ramps in the same direction"
+        f"{text}; after a reversal, move the axis {_least_motion(record, bench):.3g} {unit} "
+        "(backlash) and stop it; then raise the effort evenly in the same direction"
     )
 
 

@@ -53,6 +53,9 @@ def guess_log(path: Path, layout: Layout | None = None) -> GuessedLog:
         "position", next((column for channel, column in named.items() if channel != TIME), None)
     )
     if home is None:
+        several = next((one for one in guessed.questions if one.key == "column"), None)
+        if several is not None:
+            raise LogError(path, f"columns.{several.channel}: {several.note}; {GIVE}")
         raise LogError(path, f"has no column with the name or the unit of a channel; {GIVE}")
     table = next(one for one in tables if home in one.columns)
     chosen = {channel: column for channel, column in named.items() if column in table.columns}

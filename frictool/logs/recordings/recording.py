@@ -231,7 +231,8 @@ class TopicTable:
         if bad.any():
             raise LogError(
                 self.source,
-                f"topic {self.topic}: a message has no {self.clock}; set layout.clock: {LOG_TIME}",
+                f"topic {self.topic}: a message has no {self.clock}; write layout.clock: "
+                f"'{LOG_TIME}' in bench.yaml",
             )
         seconds, nanoseconds = stamp.astype(np.int64)
         time: Nanoseconds = seconds * NS + nanoseconds
