@@ -47,6 +47,13 @@ def test_without_noise_the_truth_is_found_to_the_encoder() -> None:
     assert np.sqrt(np.mean(found.residual**2)) < 5.0 * ENCODER_STEP
 
 
+@pytest.mark.parametrize("unknown", ["viscous", "coulomb"])
+def test_a_bench_that_states_a_friction_of_zero_does_not_hide_it(unknown: str) -> None:
+    start = {"inertia": 4.0, "viscous": 15.0, "coulomb": 7.0, "offset": 0.0, unknown: 0.0}
+    simulated = SegmentSimulation(whole([driven(plain_axis())]), linear_bench())
+    assert estimate(simulated, start).values == pytest.approx(TRUTH, rel=2e-3)
+
+
 @pytest.mark.parametrize(
     ("term", "axis", "load", "names"),
     [

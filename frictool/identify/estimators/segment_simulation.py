@@ -24,6 +24,7 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.load_terms import (
     POSITIVE,
     SMALLEST,
+    MotionSize,
     axis_and_load,
     names_of,
     scale_of,
@@ -190,6 +191,20 @@ class SimulationFit:
     jacobian: Matrix
 
 
+def motion_size(segments: Sequence[RecordSegment]) -> MotionSize:
+    """Return the size of the motion in all segments; the speed is a mean over 1 % of a segment."""
+    travel = speed = squares = 0.0
+    for segment in segments:
+        position, period = segment.position, segment.record.period
+        span = max(1, position.size // 100)
+        travel = max(travel, float(np.ptp(position)))
+        moved = float(np.max(np.abs(position[span:] - position[:-span])))
+        speed = max(speed, moved / (span * period))
+        squares += float(segment.effort @ segment.effort)
+    samples = sum(segment.effort.size for segment in segments)
+    return MotionSize(travel, speed, float(np.sqrt(squares / samples)))
+
+
 def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> SimulationFit:
     """Return the parameters that minimise the squared residual of a simulation.
 
@@ -197,8 +212,8 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
     converge.
     """
     names = simulated.names
-    travel = max(float(np.ptp(segment.position)) for segment in simulated.segments)
-    scale = np.array([scale_of(name, known, travel) for name in names])
+    motion = motion_size(simulated.segments)
+    scale = np.array([scale_of(name, known, motion) for name in names])
     start = np.array([start_of(name, known) for name in names]) / scale
     low = np.array([SMALLEST if name in POSITIVE else -np.inf for name in names])
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
@@ -63,6 +63,7 @@ HALVES = ("coulomb_backward",)  # parameters of one direction; they belong to no
 ONLY_OFFSET = LoadTerms(("offset",))  # declaration that no load acts except an offset
 TOO_FEW_REPETITIONS = "the motion does not repeat often enough to compute the uncertainty"
 SMALLEST = 1e-6  # least inertia in a search, relative to its start value
+LEAST_SCALE = 0.01  # least scale of a friction relative to the effort that limits it
 
 
 def names_of(terms: tuple[str, ...]) -> tuple[str, ...]:
@@ -104,17 +105,30 @@ def start_of(name: str, known: Mapping[str, float]) -> float:
     return known.get(name, known.get(name.removesuffix("_backward"), 0.0))
 
 
-def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
-    """Return the scale of a parameter in a search, SI; `travel` is in rad | m.
+@dataclass(frozen=True)
+class MotionSize:
+    """Size of a recorded motion: travel [rad | m], largest speed [.../s], rms effort [N m | N]."""
+
+    travel: float
+    speed: float
+    effort: float
+
+
+def scale_of(name: str, known: Mapping[str, float], motion: MotionSize) -> float:
+    """Return the scale of a parameter in a search, SI.
 
     A change of the parameter by this scale changes the effort about as much as Coulomb or viscous
-    friction does.
+    friction does. If the start value of a friction is 0 or tiny, the scale is LEAST_SCALE times the
+    effort of the motion, or times Coulomb friction at the largest speed.
     """
+    if name == "inertia":
+        return known[name]
+    coulomb = max(known["coulomb"], LEAST_SCALE * motion.effort)
     if name == "stiffness":
-        return known["coulomb"] / travel
-    if name in ("inertia", "viscous", "viscous_backward"):
-        return known[name.removesuffix("_backward")]
-    return known["coulomb"]
+        return coulomb / motion.travel
+    if name in ("viscous", "viscous_backward"):
+        return max(known["viscous"], LEAST_SCALE * coulomb / motion.speed)
+    return coulomb
 
 
 def axis_and_load(
