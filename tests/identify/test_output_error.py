@@ -15,7 +15,11 @@ from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.engine.bench_position_loop import PositionServo
 from frictool.identify.estimators.output_error import cluster_numbers, simulation_error
-from frictool.identify.estimators.segment_simulation import SegmentSimulation, estimate
+from frictool.identify.estimators.segment_simulation import (
+    SegmentSimulation,
+    estimate,
+    failed_residual,
+)
 from frictool.identify.estimators.structure_selection import choose_terms, halves
 from frictool.identify.fit_result import SLIDING, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, run
@@ -52,6 +56,19 @@ def test_a_bench_that_states_a_friction_of_zero_does_not_hide_it(unknown: str) -
     start = {"inertia": 4.0, "viscous": 15.0, "coulomb": 7.0, "offset": 0.0, unknown: 0.0}
     simulated = SegmentSimulation(whole([driven(plain_axis())]), linear_bench())
     assert estimate(simulated, start).values == pytest.approx(TRUTH, rel=2e-3)
+
+
+def test_a_simulation_that_runs_away_is_no_fit() -> None:
+    segments = whole([driven(plain_axis())])
+    simulated = SegmentSimulation(segments, linear_bench(), (SPRING,))
+    start = {**TRUTH, "stiffness": -5e4}  # grows by a factor e in 10 ms
+    (segment,) = segments
+    largest = failed_residual(segment)
+    residual = simulated.residual(start)
+    assert np.max(np.abs(residual)) == largest
+    assert np.isfinite(np.sum(residual**2))
+    with pytest.raises(UnusableLogs, match="does not follow"):
+        estimate(simulated, start)
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,8 @@ if TYPE_CHECKING:
 
 STEP = 1e-4  # step of the differences, in units of a parameter's scale
 MOST_RUNS = 60  # largest number of evaluations in the trust region
-# residual of a failed simulation relative to the signals; it makes the search turn back
+# largest residual of a simulation relative to the signals, and residual of a failed simulation; it
+# makes the search turn back
 FAILED = 1e3
 # share of a closed-loop segment that is ignored at its start, since the log does not give the
 # initial state of the loop
@@ -81,7 +82,8 @@ class SegmentSimulation:
         """Return the residual (m,) of one segment.
 
         In open loop, `error` (m,) [N m | N] is added to the measured effort. If the simulation
-        fails, each residual is the same large number.
+        fails, each residual is the same large number. An unstable axis moves away exponentially;
+        its residuals are limited to this number.
         """
         p, load = axis_and_load(values, self.bench, segment.record)
         state = _state(segment, p)
@@ -114,9 +116,10 @@ class SegmentSimulation:
             acting = effort if error is None else effort + error
             status = replay(p, load, state, acting, measured, FREE, period, x, v)
             out = measured - x
+        failed = failed_residual(segment)
         if status != OK or not np.all(np.isfinite(out)):
-            return np.full(n, FAILED * (float(np.ptp(measured)) + float(np.ptp(effort))))
-        return np.asarray(out)
+            return np.full(n, failed)
+        return np.asarray(np.clip(out, -failed, failed))
 
     def missing_effort(self, values: Mapping[str, float]) -> list[Vector]:
         """Return the effort error (m,) [N m | N] of each segment.
@@ -191,6 +194,11 @@ class SimulationFit:
     jacobian: Matrix
 
 
+def failed_residual(segment: RecordSegment) -> float:
+    """Return the residual of a failed simulation of a segment."""
+    return FAILED * (float(np.ptp(segment.position)) + float(np.ptp(segment.effort)))
+
+
 def motion_size(segments: Sequence[RecordSegment]) -> MotionSize:
     """Return the size of the motion in all segments; the speed is a mean over 1 % of a segment."""
     travel = speed = squares = 0.0
@@ -209,7 +217,7 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
     """Return the parameters that minimise the squared residual of a simulation.
 
     The search starts at the parameters `known` [SI]. Raises UnusableLogs if the search does not
-    converge.
+    converge, or if the simulation fails or moves away with the parameters at its end.
     """
     names = simulated.names
     motion = motion_size(simulated.segments)
@@ -236,6 +244,8 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
     )
     if not solution.success and solution.status != 0:
         raise UnusableLogs(f"the output-error search does not converge: {solution.message}")
+    if float(np.max(np.abs(solution.fun))) * size >= min(map(failed_residual, simulated.segments)):
+        raise UnusableLogs("the simulation does not follow the measured signal")
     values = dict(zip(names, (solution.x * scale).tolist(), strict=True))
     return SimulationFit(
         {**simulated.fixed, **values}, solution.fun * size, solution.jac * size / scale
