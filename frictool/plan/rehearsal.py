@@ -16,14 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.documents.bench import DRIVE_NOISE_SHARE, Bench
-from frictool.documents.model import Model, Parameters
-from frictool.documents.provenance import provenance_of_call
-from frictool.documents.quantity import Estimate
+from frictool.documents.model import Model
 from frictool.identify.excite.excitation_sequence import ExcitationSequence
 from frictool.identify.fit_result import PARAMETERS
 from frictool.identify.from_logs import identify
 from frictool.identify.identification import NothingIdentified
-from frictool.identify.model_document import LARGEST_BREAKAWAY_RATIO, unit_of
+from frictool.identify.model_document import LARGEST_BREAKAWAY_RATIO
+from frictool.plan.assumed_axis import assumed_axis
 from frictool.simulate import play
 from frictool.simulate.default_servo import default_servo, feedforward
 
@@ -151,25 +150,4 @@ def _drawn_axes(bench: Bench, seed: int) -> Iterator[tuple[Model, int]]:
         ratio = draw.uniform(1.0, LARGEST_BREAKAWAY_RATIO)
         breakaway = values.get("breakaway", ratio * values["coulomb"])
         values["breakaway"] = max(breakaway, values["coulomb"])
-        yield _axis_model(bench, values), int(draw.integers(2**31))
-
-
-def _axis_model(bench: Bench, values: dict[str, float]) -> Model:
-    parameters = Parameters(
-        **{
-            name: Estimate(value, value, value, unit_of(name, bench), source="assumed")
-            for name, value in values.items()
-        }
-    )
-    return Model(
-        format="model/1",
-        name=bench.name,
-        axis=bench.axis,
-        law=parameters.law,
-        method="none",
-        confidence=0.95,
-        bench=bench,
-        parameters=parameters,
-        provenance=provenance_of_call("frictool.plan.rehearsal"),
-        not_identified={},
-    )
+        yield assumed_axis(bench, values), int(draw.integers(2**31))

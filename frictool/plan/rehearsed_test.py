@@ -38,6 +38,7 @@ from frictool.identify.excite.precise_strokes import (
 from frictool.identify.excite.precision_remedies import remedies
 from frictool.identify.excite.sines import plan
 from frictool.identify.excite.stroke_candidates import worst_axis, worst_sensing
+from frictool.plan.contained_motion import ContainedDesign
 from frictool.plan.rehearsal import HalfWidthSample, rehearse
 
 ROUNDS = 6  # designs of a test
@@ -75,7 +76,8 @@ def rehearsed_strokes(
     Parameters
     ----------
     bench
-        Bench whose limits the test respects on every axis within the a-priori intervals.
+        Bench whose limits the test respects on every axis within the a-priori intervals. Every axis
+        also stays within the travel when the default position loop makes it follow the test.
     request
         Requested precision of inertia, viscous and Coulomb friction; other parameters are ignored.
     progress
@@ -96,9 +98,14 @@ def rehearsed_strokes(
     """
     wanted = {name: part * bench_value(bench, name) for name, part in request.only(SLIDING).items()}
     trials = RehearsedTests(bench, request, wanted, progress)
+    contained = ContainedDesign.of(bench)
+
+    def strokes(_: Bench, attempt: PrecisionRequest) -> PreciseTest:
+        return contained.test(lambda usable: precise_strokes(usable, attempt))
+
     if request.duration is not None:
-        return trials.promised(precise_strokes(bench, request))
-    default = default_test(bench, request)
+        return trials.promised(strokes(bench, request))
+    default = ContainedDesign.of(bench).test(lambda usable: default_test(usable, request))
     usual = default.sequence.duration
     possible = all(default.bounds[name] <= half for name, half in wanted.items())
     attempts = [replace(request, robust=robust) for robust in (True, False)]
@@ -106,7 +113,7 @@ def rehearsed_strokes(
         found: list[PreciseTest] = []
         for number, attempt in enumerate(attempts):
             if not found:
-                rounds = trials.rounds(precise_strokes, replace(attempt, longest=longest))
+                rounds = trials.rounds(strokes, replace(attempt, longest=longest))
                 attempts[number] = rounds.attempt
                 found += [rounds.test] if rounds.test is not None else []
         shorter = any(one.sequence.duration <= usual for one in found)

@@ -29,14 +29,16 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.engine.status_codes import OK
 from frictool.errors import NoSolutionError
-from frictool.identify.excite.bench_limits import BenchLimits
+from frictool.identify.excite.bench_limits import BenchLimits, limits_of
 from frictool.identify.excite.excitation_sequence import ExcitationSequence, command_sequence
-from frictool.plant.axis import POSITION, AxisParameters, rest
+from frictool.plant.axis import DRIVE, POSITION, VELOCITY, AxisParameters, rest
 from frictool.typing import Vector
 
 LATENESS = 0.05  # growth of the effort until the encoder shows a count, over the breakaway
 SLOWEST_RISE = 1.0  # s, shortest duration of a ramp up to the expected breakaway
-PAUSE = 0.05  # s, pause at zero before each ramp
+PAUSE = 0.05  # s, shortest pause at zero before each ramp
+# least Coulomb friction that brings an axis to rest in a pause, relative to the bench's value
+LEAST_BRAKE = 0.05
 # breakaway over Coulomb friction (least, expected, largest) if the bench states no breakaway
 # (tables 4.8 and 4.1)
 RATIOS = (1.0, 1.1, 1.5)
@@ -44,6 +46,7 @@ HEADROOM = 1.1  # top of a ramp relative to the largest breakaway
 SEGMENTS = 40  # number of ramps over the travel
 LEAST_COUNTS = 2.0
 SPARE = 1.5  # number of segments written, relative to the number that the slowest axis needs
+RAMPS_FAILED = "the simulation of the ramps failed; check the bench's mechanics"
 NAMES = ("lightest", "nominal", "heaviest")
 
 
@@ -54,6 +57,7 @@ class Ramp(NamedTuple):
     - low, high: positions at which the direction changes, rad | m
     - advance_on: distance after which the next segment begins, rad | m
     - open_loop: True if the drive signal reaches the top of every ramp
+    - pause: duration of the pause before each ramp, s
     """
 
     rate: float
@@ -62,6 +66,7 @@ class Ramp(NamedTuple):
     high: float
     advance_on: float
     open_loop: bool
+    pause: float
 
 
 class SimulatedRamps(NamedTuple):
@@ -124,24 +129,24 @@ def breakaway_ramps(
 
     Raises NoSolutionError if a limit is exceeded; the message names the limit.
     """
-    constant = bench.actuator.constant
-    most = breakaway_range(bench)[2]
-    needed = (most + limits.offset + limits.load) / constant.interval[0]
-    top = top or min(HEADROOM * needed, limits.drive_limit)
+    needed = _needed_drive(bench, limits)
+    top = top or _default_top(bench, limits)
     unit = "A" if limits.drive == "current" else "V"
     if not needed <= top <= limits.drive_limit:
         raise NoSolutionError(
             f"{limits.drive}: the ramps rise to {top:.4g} {unit}; allowed: from {needed:.4g} "
             f"(largest breakaway) to {limits.drive_limit:.4g} (actuator.limit)"
         )
-    travel = limits.travel if math.isfinite(limits.travel) else 2.0 * math.pi
+    slope = rate or effort_rate(bench) / bench.actuator.constant.value
+    advance_on = _advance(bench, limits, segments)
     ramp = Ramp(
-        rate or effort_rate(bench) / constant.value,
+        slope,
         top,
         limits.low,
         limits.high,
-        max(LEAST_COUNTS * bench.encoder.resolution, travel / segments),
+        advance_on,
         open_loop,
+        PAUSE if open_loop else coasting_pause(bench, slope, top, advance_on),
     )
     played = [_checked(bench, limits, ramp, name) for name in range(3)]
     written = [
@@ -168,13 +173,67 @@ def breakaway_ramps(
     return command_sequence(bench, command, number, rule, figures)
 
 
+def ramp_pause(bench: Bench, rate: float) -> float:
+    """Return the pause [s] before each of SEGMENTS ramps with the slope `rate` [A/s | V/s]."""
+    limits = limits_of(bench)
+    return coasting_pause(
+        bench, rate, _default_top(bench, limits), _advance(bench, limits, SEGMENTS)
+    )
+
+
+def _needed_drive(bench: Bench, limits: BenchLimits) -> float:
+    """Return the drive signal for the largest breakaway, A | V."""
+    most = breakaway_range(bench)[2]
+    return (most + limits.offset + limits.load) / bench.actuator.constant.interval[0]
+
+
+def _default_top(bench: Bench, limits: BenchLimits) -> float:
+    return min(HEADROOM * _needed_drive(bench, limits), limits.drive_limit)
+
+
+def _advance(bench: Bench, limits: BenchLimits, segments: int) -> float:
+    travel = limits.travel if math.isfinite(limits.travel) else 2.0 * math.pi
+    return max(LEAST_COUNTS * bench.encoder.resolution, travel / segments)
+
+
+def coasting_pause(bench: Bench, rate: float, top: float, advance_on: float) -> float:
+    """Return the pause [s] in which every axis of the bench comes to rest after a ramp.
+
+    The drive signal is `rate` [A/s | V/s] times the time, at most `top` [A | V], until the axis has
+    moved by `advance_on` [rad | m]. The momentum of the heaviest axis with the strongest actuator,
+    plus the effort that the drive's lag leaves, is divided by the least friction.
+    """
+    from frictool.engine.bench_experiment import play_one_ramp  # loads the engine
+
+    known, period = bench.mechanics, bench.sample_period_s
+    brake = max(known.coulomb.interval[0], LEAST_BRAKE * known.coulomb.value)
+    axis = _axis(bench, 2)._replace(
+        viscous=known.viscous.interval[0],
+        coulomb=brake,
+        breakaway=RATIOS[2] * brake,
+        constant=bench.actuator.constant.interval[1],
+        backlash=0.0,
+    )
+    state, extremes = np.asarray(rest(0.0)), np.zeros(3)
+    samples = math.ceil(top / (rate * period))
+    _, status = play_one_ramp(
+        axis.checked().as_array(), state, 1.0, rate, top, 0, samples, period, math.inf, advance_on,
+        extremes,
+    )  # fmt: skip
+    if status != OK:
+        raise NoSolutionError(RAMPS_FAILED)
+    delay = bench.delay_samples * period
+    left = abs(state[DRIVE]) * axis.constant * (axis.lag + delay)
+    return max(PAUSE, delay + float(axis.inertia * abs(state[VELOCITY]) + left) / brake)
+
+
 def _table(
     ramp: Ramp, period: float, segments: list[int], repetitions: int
 ) -> tuple[Vector, Vector]:
     rise = np.minimum(
         ramp.rate * period * np.arange(1, math.ceil(ramp.top / (ramp.rate * period)) + 1), ramp.top
     )
-    one = np.concatenate((np.zeros(round(PAUSE / period)), rise))
+    one = np.concatenate((np.zeros(round(ramp.pause / period)), rise))
     numbers = np.concatenate(
         [np.arange(1, segments[0] + 1), -np.arange(1, segments[1] + 1)] * repetitions
     ).astype(float)
@@ -251,7 +310,7 @@ def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
     extremes = np.array([state[POSITION], state[POSITION], 0.0])
     moved = True
     rise = math.ceil(ramp.top / (ramp.rate * period))
-    pause = round(PAUSE / period)
+    pause = round(ramp.pause / period)
     for side in (1.0, -1.0):
         turned = False
         while not turned and used[side] < 4 * SEGMENTS and moved:
@@ -271,9 +330,7 @@ def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
                 extremes,
             )
             if status != OK:
-                raise NoSolutionError(
-                    "the simulation of the ramps failed; check the bench's mechanics"
-                )
+                raise NoSolutionError(RAMPS_FAILED)
             moved = state[POSITION] != start
             turned = turned or (math.isinf(ramp.high) and used[side] == SEGMENTS)
     low, high, speed = extremes.tolist()

@@ -18,11 +18,11 @@ from frictool.errors import NoSolutionError
 from frictool.identify.assess.ramp_precision import ramp_precision
 from frictool.identify.excite.bench_limits import BenchLimits, limits_of
 from frictool.identify.excite.breakaway_ramps import (
-    PAUSE,
     SEGMENTS,
     breakaway_ramps,
     breakaway_range,
     effort_rate,
+    ramp_pause,
 )
 from frictool.identify.excite.precise_strokes import QUANTILE, PreciseTest, PrecisionRequest
 
@@ -64,8 +64,10 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     factor = request.factor("breakaway")
     limit = half / (QUANTILE * factor)
     plans = []
+    # of the fastest ramp, after which the axis coasts for longest
+    pause = ramp_pause(bench, effort_rate(bench) / bench.actuator.constant.value)
     for rate in (effort_rate(bench) * RATES).tolist():
-        lasting = expected / rate + PAUSE
+        lasting = expected / rate + pause
         common = deviation(rate, math.inf)
         if request.duration is None:
             onsets = _onsets(deviation(rate, 1.0), common, limit)

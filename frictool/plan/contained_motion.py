@@ -1,0 +1,129 @@
+"""Tests of strokes that keep every axis of a bench within the travel.
+
+A test of strokes is a reference of the position loop. An axis does not follow it exactly: with an
+inertia or a friction that differs from the bench's value, it overshoots the reversals, most of all
+with a coarse encoder or a long delay, which make the loop slow. The test is simulated on the axes
+at the ends of the a-priori intervals. If one of them comes closer to an end of the travel than half
+of the margin of the reference, the test is designed again for a shorter travel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
+
+from msgspec import structs
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
+from frictool.errors import NoSolutionError
+from frictool.identify.excite.bench_limits import MARGIN
+from frictool.identify.excite.excitation_sequence import ExcitationSequence
+from frictool.identify.excite.precise_strokes import PreciseTest
+from frictool.identify.model_document import BREAKAWAY_RATIO
+from frictool.plan.assumed_axis import assumed_axis
+from frictool.simulate import play
+from frictool.simulate.default_servo import default_servo, feedforward
+
+KEPT = 0.5  # share of the reference's margin that every axis keeps to the ends of the travel
+DESIGNS = 5  # largest number of designs, each for a shorter travel
+
+
+@dataclass
+class ContainedDesign:
+    """Design of tests whose axes stay within the travel; it remembers the shorter travel.
+
+    - bench: bench with its a-priori intervals and its travel
+    - usable: bench with the travel for which tests are designed
+    """
+
+    bench: Bench
+    usable: Bench
+
+    @classmethod
+    def of(cls, bench: Bench) -> ContainedDesign:
+        """Return a design that begins with the whole travel of a bench."""
+        return cls(bench, bench)
+
+    def test(self, design: Callable[[Bench], PreciseTest]) -> PreciseTest:
+        """Return the test that `design` makes for the longest travel that contains every axis.
+
+        Raises
+        ------
+        NoSolutionError
+            If `design` makes no test, or if DESIGNS tests do not contain every axis.
+        """
+        for _ in range(DESIGNS):
+            test = design(self.usable)
+            beyond = overrun(test.sequence, self.bench)
+            if beyond <= 0.0:
+                return test
+            self.usable = _shortened(self.usable, beyond)
+        unit = si_unit("position", self.bench.axis)
+        raise NoSolutionError(
+            f"travel: with an inertia and friction of `mechanics`, the axis comes {beyond:.3g} "
+            f"{unit} too close to an end of the travel; narrow `mechanics`, use a finer encoder or "
+            "more travel"
+        )
+
+
+def overrun(sequence: ExcitationSequence, bench: Bench) -> float:
+    """Return by how much an axis of the bench exceeds the travel minus its margin, rad | m.
+
+    The result is 0 if no axis does, or if the bench declares no travel.
+    """
+    travel = bench.mechanics.travel
+    if travel is None:
+        return 0.0
+    kept = KEPT * MARGIN * (travel.high - travel.low)
+    test = sequence.as_log("test")
+    servo, forward = default_servo(bench), feedforward(bench, test)
+    # without stops, at which the motion would end
+    endless = structs.replace(bench, mechanics=structs.replace(bench.mechanics, travel=None))
+    beyond = 0.0
+    for values in _extreme_axes(bench):
+        log = play(assumed_axis(endless, values), test, servo=servo, forward=forward)
+        position = log.main.signals["position"]
+        low, high = float(position.min()), float(position.max()) + bench.encoder.resolution
+        beyond = max(beyond, travel.low + kept - low, high - (travel.high - kept))
+    return beyond
+
+
+def _extreme_axes(bench: Bench) -> Iterator[dict[str, float]]:
+    """Yield the parameters of the axes at the ends of inertia, Coulomb friction and offset.
+
+    Viscous friction has its lower end. The drive's constant has the value of the bench; as the
+    motion depends on the ratios of the parameters to the constant, they are divided by the relative
+    ends of its interval.
+    """
+    known, constant = bench.mechanics, bench.actuator.constant
+    weak, strong = (constant.value / end for end in constant.interval)
+
+    def ends(name: str) -> tuple[float, float]:
+        low, high = getattr(known, name).interval
+        return low * strong, high * weak
+
+    offsets = set(known.offset.interval) if known.offset is not None else {0.0}
+    for inertia, coulomb, offset in product(ends("inertia"), ends("coulomb"), offsets):
+        yield {
+            "inertia": inertia,
+            "viscous": ends("viscous")[0],
+            "coulomb": coulomb,
+            "offset": offset,
+            "breakaway": BREAKAWAY_RATIO * coulomb,
+        }
+
+
+def _shortened(bench: Bench, length: float) -> Bench:
+    """Return the bench with a travel in which the reference ends earlier by `length` [rad | m]."""
+    travel = bench.mechanics.travel
+    assert travel is not None
+    cut = length / (1.0 - 2.0 * MARGIN)
+    shorter = structs.replace(travel, low=travel.low + cut, high=travel.high - cut)
+    if shorter.high <= shorter.low:
+        raise NoSolutionError(
+            "travel: every stroke on this bench can reach an end of the travel; narrow "
+            "`mechanics`, use a finer encoder or more travel"
+        )
+    return structs.replace(bench, mechanics=structs.replace(bench.mechanics, travel=shorter))
