@@ -27,13 +27,16 @@ drive: they show the breakaway, and the sign of the encoder relative to the driv
 consists of strokes, for friction and inertia. With the logs of these two tests, the command
 searches for a controller that meets the specification on every plant within the intervals. If it
 finds a controller, the last test is for `frictool validate`. If a controller exists for the
-identified values only, the next test halves the intervals.
+identified values only, the next test halves the intervals. A parameter that the logs do not show
+keeps its range.
 
 Each test respects the limits of travel, speed and drive for every axis within the bench's ranges.
+Its column feedforward, if there is one, is the effort that the position loop has to add.
 `frictool simulate --as-bench` plays a test without hardware.
 
-Exit code 1 if the direction of the encoder is wrong, or if only the ranges of the bench prevent a
-controller; 4 if no controller meets the specification.
+Exit code 1 if the direction of the encoder is wrong, if two tests show neither inertia nor
+friction, or if only the ranges of the bench prevent a controller; 4 if no controller meets the
+specification.
 """
 
 

@@ -70,8 +70,8 @@ code, compiled here.
 the test. For a test with a reference, the bench's position controller is simulated: {LAW}.
 
 --as-bench MODEL TEST does the same without further options: the gains follow from the bench's delay
-and encoder, the loop has a feedforward computed with the bench's values, and the measured drive has
-a noise of 0.2 % of the drive limit. TEST may be a CSV of a reference.
+and encoder, the loop adds the column feedforward of TEST or a feedforward with the bench's values,
+and the measured drive has a noise of 0.2 % of the drive limit. TEST may be a CSV of a reference.
 """
 
 

@@ -3,13 +3,15 @@
     logs so far               next step
     none                      ramps: direction, encoder, breakaway
     ramps                     strokes: friction and inertia
-    friction and inertia      search for a controller that meets the specification
+    strokes without result    strokes with other reversals; after MOST_STROKES logs, no test
+    friction or inertia       search for a controller that meets the specification
         for all plants        steps, to validate the model; commissioning is complete
         for the logs' intervals only    no test; the bench's ranges are too wide for any controller
         for exact values only           strokes again, with half of the interval widths
         for no plant          no test; no controller meets the specification
 
-The indented rows are the results of this search: the plants for which a controller exists.
+The indented rows are the results of this search: the plants for which a controller exists. A
+parameter that the strokes do not show has the range of the bench in this search.
 
 Each test respects the limits of the bench for every axis within the a-priori ranges. The test is
 therefore safe before any parameter is identified. After a log, identified intervals replace the
@@ -19,28 +21,32 @@ bench's ranges in the design of the next test.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
+from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.excite.precise_strokes import (
     PreciseTest,
     PrecisionRequest,
 )
 from frictool.identify.from_logs import IdentifiedModel, identify
-from frictool.identify.identification import NothingIdentified
+from frictool.identify.identification import Identification, NothingIdentified
 from frictool.logs.log import Log
-from frictool.plan.narrowed_model import exact_model, narrowed_bench, narrowed_model
+from frictool.plan.contained_motion import ContainedDesign
+from frictool.plan.narrowed_model import bench_for_test, exact_model, narrowed_model
 from frictool.plan.rehearsed_test import rehearsed_ramps, rehearsed_strokes
+from frictool.simulate.default_servo import FEEDFORWARD, feedforward
 
 FIRST_RAMPS = 0.1  # requested half width of the breakaway's interval, relative to its value
 FIRST_STROKES = 0.05  # requested half widths of friction and inertia, relative to their values
 FALLBACK_DURATION = 30.0  # s, of the best strokes if FIRST_STROKES cannot be reached
 FINER = 0.5  # half widths of a repeated test relative to those reached
 SLIDING = ("inertia", "viscous", "coulomb")
-NEEDED = ("inertia", "coulomb")  # parameters that the search for a controller needs
+MOST_STROKES = 2  # logs of motion from which no sliding parameter is identified
 
 
 @dataclass(frozen=True)
@@ -62,8 +68,8 @@ class ReachedPrecision:
 class PlanStep:
     """Next step of a commissioning.
 
-    - name: `breakaway`, `friction and inertia`, `finer`, `validation`, `direction`, `ranges` or
-      `impossible`
+    - name: `breakaway`, `friction and inertia`, `finer`, `validation`, `direction`, `unexplained`,
+      `ranges` or `impossible`
     - why: reason for the step, as text
     - test: test to play; None if the step has no test
     - reached: precision of each identified parameter
@@ -122,19 +128,24 @@ def next_step(
         if error.exit_code == EXIT_NO_SOLUTION:
             why = f"{error}; check the wiring, or set encoder.direction of the bench to -1"
             return PlanStep("direction", why, exit_code=EXIT_NO)
-        return _strokes(bench, f"no parameter is identified yet ({error})", ())
+        return _strokes(bench, f"no parameter is identified yet ({error})", error.result)
     model = outcome.model
     reached = _reached(outcome)
     known = {one.parameter for one in reached}
     if "ramp" not in outcome.result.kinds.values() and "breakaway" not in known:
         return _ramps(bench, reached)
-    missing = [name for name in NEEDED if name not in known]
-    if missing:
-        reasons = "; ".join(
-            f"{name}: {outcome.result.refused.get(name, 'no log shows it')}" for name in missing
-        )
-        return _strokes(narrowed_bench(bench, model), f"not identified yet ({reasons})", reached)
+    if not known.intersection(SLIDING):
+        why = f"not identified yet ({_refusals(outcome.result, SLIDING)})"
+        return _strokes(bench_for_test(bench, model), why, outcome.result, reached)
     return _designed(bench, outcome, refusal_of, narrow)
+
+
+def _refusals(result: Identification, names: Sequence[str]) -> str:
+    """Return the reasons for which parameters are not identified, as text."""
+    reasons: dict[str, list[str]] = {}
+    for name in names:
+        reasons.setdefault(result.refused.get(name, "no log shows it"), []).append(name)
+    return "; ".join(f"{', '.join(group)}: {reason}" for reason, group in reasons.items())
 
 
 def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep:
@@ -151,48 +162,90 @@ def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep
     return PlanStep("breakaway", why, test, reached)
 
 
-def _strokes(bench: Bench, why: str, reached: tuple[ReachedPrecision, ...]) -> PlanStep:
+def _strokes(
+    bench: Bench, why: str, result: Identification, reached: tuple[ReachedPrecision, ...] = ()
+) -> PlanStep:
+    played = list(result.kinds.values()).count(SLIDING_LOG)
+    if played >= MOST_STROKES:
+        why = (
+            f"{why}; {played} logs of motion do not show more: correct the reason, then start anew"
+        )
+        return PlanStep("unexplained", why, None, reached, exit_code=EXIT_NO)
     known = bench.mechanics
     wanted = {name: FIRST_STROKES for name in SLIDING if getattr(known, name).value > 0.0}
+    request = PrecisionRequest(wanted, longest=2.0 * FALLBACK_DURATION, seed=played)
     try:
-        test = rehearsed_strokes(bench, PrecisionRequest(wanted, longest=2.0 * FALLBACK_DURATION))
+        test = rehearsed_strokes(bench, request)
     except NoSolutionError:
-        test = rehearsed_strokes(bench, PrecisionRequest(wanted, duration=FALLBACK_DURATION))
-    return PlanStep("friction and inertia", why, test, reached)
+        test = rehearsed_strokes(bench, replace(request, duration=FALLBACK_DURATION))
+    return PlanStep("friction and inertia", why, _compensated(test, bench), reached)
+
+
+def _compensated(test: PreciseTest, bench: Bench) -> PreciseTest:
+    """Return the test with a column FEEDFORWARD for the inertia and friction of `bench`."""
+    sequence = test.sequence
+    effort = feedforward(bench, sequence.as_log("test"))
+    assert effort is not None
+    compensated = replace(
+        sequence,
+        columns={**sequence.columns, FEEDFORWARD: effort},
+        units={**sequence.units, FEEDFORWARD: si_unit("effort", bench.axis)},
+        rule=f"{sequence.rule}, and adds the effort `{FEEDFORWARD}`",
+    )
+    return replace(test, sequence=compensated)
 
 
 def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow: bool) -> PlanStep:
     model = outcome.model
     reached = _reached(outcome)
+    known = {one.parameter for one in reached}
+    missing = [name for name in SLIDING if name not in known]
+    unseen = f"; not identified, range of the bench: {', '.join(missing)}" if missing else ""
     left = narrowed_model(model) if narrow else model
     refusal = refusal_of(left)
     if refusal is None:
-        sequence = excite("steps", bench, ExcitationSettings())
-        why = "`synth` meets this specification for every possible plant; validate the model"
-        test = PreciseTest(sequence, {}, {})
+        test, untested = _validation(bench_for_test(bench, model))
+        why = f"`synth` meets this specification for every possible plant; {untested}{unseen}"
         return PlanStep("validation", why, test, reached, left, enough=True)
     if not narrow and refusal_of(narrowed_model(model)) is None:
         why = (
             "a controller exists for the identified intervals, but none for the ranges of the "
             f"bench ({refusal}); give narrower intervals under `mechanics` of the bench, or give "
-            "--narrow, unless the product needs these ranges"
+            f"--narrow, unless the product needs these ranges{unseen}"
         )
         return PlanStep("ranges", why, None, reached, model, exit_code=EXIT_NO)
     if refusal_of(exact_model(model)) is not None:
-        why = f"no controller meets the specification even for exact parameters: {refusal}"
+        why = f"no controller meets the specification even for exact parameters: {refusal}{unseen}"
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
     wanted = {
         one.parameter: FINER * one.share
         for one in reached
         if one.parameter in SLIDING and one.share
-    }
+    } | {name: FIRST_STROKES for name in missing if getattr(bench.mechanics, name).value > 0.0}
     try:
-        test = rehearsed_strokes(narrowed_bench(bench, model), PrecisionRequest(wanted))
+        finer = bench_for_test(bench, model)
+        test = _compensated(rehearsed_strokes(finer, PrecisionRequest(wanted)), finer)
     except NoSolutionError as error:
-        why = f"no controller for such wide intervals ({refusal}); no test halves them: {error}"
+        why = (
+            f"no controller for such wide intervals ({refusal}); no test narrows them: {error}"
+            f"{unseen}"
+        )
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
-    why = f"no controller for such wide intervals ({refusal}); one exists for exact values"
+    why = f"no controller for such wide intervals ({refusal}); one exists for exact values{unseen}"
     return PlanStep("finer", why, test, reached, model)
+
+
+def _validation(bench: Bench) -> tuple[PreciseTest | None, str]:
+    """Return steps within the travel, if they are possible, and what to do next, as text."""
+
+    def steps(usable: Bench) -> PreciseTest:
+        return PreciseTest(excite("steps", usable, ExcitationSettings()), {}, {})
+
+    try:
+        test = ContainedDesign.of(bench).test(steps)
+    except NoSolutionError as error:
+        return None, f"validate the model with a motion of yours, as no steps are safe ({error})"
+    return _compensated(test, bench), "validate the model"
 
 
 def _reached(outcome: IdentifiedModel) -> tuple[ReachedPrecision, ...]:

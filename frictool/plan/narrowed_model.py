@@ -7,6 +7,7 @@ from msgspec import structs
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.quantity import FROM_LOGS, Quantity
+from frictool.identify.model_document import BREAKAWAY_RATIO, LARGEST_BREAKAWAY_RATIO
 
 NARROWED = ("inertia", "viscous", "coulomb", "breakaway", "offset")
 
@@ -21,17 +22,40 @@ def narrowed_bench(bench: Bench, model: Model) -> Bench:
     return structs.replace(bench, mechanics=structs.replace(bench.mechanics, **from_logs))
 
 
+def bench_for_test(bench: Bench, model: Model) -> Bench:
+    """Return the narrowed bench for the design of a test.
+
+    If the logs show the breakaway and not the Coulomb friction, this friction lies between the
+    breakaway and the breakaway divided by LARGEST_BREAKAWAY_RATIO.
+    """
+    narrowed = narrowed_bench(bench, model)
+    known, breakaway = narrowed.mechanics.coulomb, model.parameters.breakaway
+    if breakaway.source not in FROM_LOGS or model.parameters.coulomb.source in FROM_LOGS:
+        return narrowed
+    low = max(known.interval[0], breakaway.interval[0] / LARGEST_BREAKAWAY_RATIO)
+    high = min(known.interval[1], breakaway.interval[1])
+    if low >= high:
+        return narrowed  # the bench contradicts this ratio
+    value = min(max(breakaway.value / BREAKAWAY_RATIO, low), high)
+    coulomb = Quantity(value, low=low, high=high, unit=known.unit)
+    return structs.replace(narrowed, mechanics=structs.replace(narrowed.mechanics, coulomb=coulomb))
+
+
 def narrowed_model(model: Model) -> Model:
     """Return the model with a narrowed bench, so that all its plants agree with the logs."""
     return structs.replace(model, bench=narrowed_bench(model.bench, model))
 
 
 def exact_model(model: Model) -> Model:
-    """Return the narrowed model, in which identified parameters have a value but no interval."""
+    """Return the narrowed model, whose parameters have the value of logs or bench, no interval."""
     exact = {
         name: structs.replace(one, low=one.value, high=one.value)
         for name in NARROWED
-        if (one := getattr(model.parameters, name)).source == "identified"
+        if (one := getattr(model.parameters, name)).source in (*FROM_LOGS, "bench")
     }
+    mechanics = {name: Quantity(one.value, unit=one.unit) for name, one in exact.items()}
+    bench = structs.replace(
+        model.bench, mechanics=structs.replace(model.bench.mechanics, **mechanics)
+    )
     parameters = structs.replace(model.parameters, **exact)
-    return narrowed_model(structs.replace(model, parameters=parameters))
+    return structs.replace(model, parameters=parameters, bench=bench)

@@ -12,9 +12,10 @@ from frictool.documents.quantity import si_unit
 from frictool.errors import LogError
 from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
 from frictool.simulate.bench_experiment import read_excitation
+from frictool.simulate.default_servo import FEEDFORWARD
 
 # columns of a CSV file with a reference, and their dimensions
-COLUMNS = {"reference": "position", "reference_velocity": "velocity"}
+COLUMNS = {"reference": "position", "reference_velocity": "velocity", FEEDFORWARD: "effort"}
 TIME = "time [s]"
 CSV = ".csv"
 

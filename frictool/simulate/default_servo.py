@@ -4,10 +4,11 @@
     feedforward = inertia a + viscous v + coulomb sign(v) + offset
 
 P and D are gains; inertia, viscous, coulomb and offset are values of the bench; v and a are the
-velocity and the acceleration of the reference. The speed loop has the bandwidth 0.5/delay, where
-delay is the sum of the drive's time constant, the computational delay and one period. The position
-loop has 0.3 times the bandwidth of the speed loop. D is reduced, and P with D, such that a position
-change of one encoder count changes the drive by at most a quarter of the drive's limit.
+velocity and the acceleration of the reference. A test may have a column FEEDFORWARD with another
+feedforward. The speed loop has the bandwidth 0.5/delay, where delay is the sum of the drive's time
+constant, the computational delay and one period. The position loop has 0.3 times the bandwidth of
+the speed loop. D is reduced, and P with D, such that a position change of one encoder count changes
+the drive by at most a quarter of the drive's limit.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from frictool.typing import Vector
 
 SPEED_SHARE = 0.5  # bandwidth of the speed loop times the delay
 POSITION_SHARE = 0.3  # bandwidth of the position loop divided by that of the speed loop
+FEEDFORWARD = "feedforward"  # column of a test with the effort of the loop's feedforward
 LARGEST_COUNT = 0.25  # largest change of the drive by one count, relative to the drive's limit
 
 
@@ -44,13 +46,16 @@ def default_servo(bench: Bench) -> PositionServo:
 
 
 def feedforward(bench: Bench, excitation: Log) -> Vector | None:
-    """Return the effort (n,) that the bench's nominal axis needs to follow the reference of a test.
+    """Return the feedforward (n,) of a test, N m | N.
 
-    The result is None for a test with drive ramps.
+    It is the column FEEDFORWARD or, without this column, the effort that the bench's nominal axis
+    needs to follow the reference. The result is None for a test with drive ramps.
     """
     signals = excitation.main.signals
     if "reference" not in signals:
         return None
+    if FEEDFORWARD in signals:
+        return signals[FEEDFORWARD]
     known = bench.mechanics
     period = bench.sample_period_s
     rate = signals.get("reference_velocity")

@@ -12,21 +12,25 @@ import pytest
 from msgspec import structs
 
 from frictool.adapters.temperature_factors import reference_words
+from frictool.cli.excite_test import save_test
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
+from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.excite.bench_limits import limits_of
-from frictool.identify.from_logs import identify
+from frictool.identify.from_logs import IdentifiedModel, identify
+from frictool.identify.model_document import LARGEST_BREAKAWAY_RATIO, model_of
 from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log
-from frictool.plan import rehearsed_test
+from frictool.plan import commissioning, rehearsed_test
 from frictool.plan.commissioning import PlanStep, next_step
-from frictool.plan.narrowed_model import exact_model, narrowed_bench
+from frictool.plan.narrowed_model import bench_for_test, exact_model, narrowed_bench
 from frictool.plan.rehearsal import HalfWidthSample
 from frictool.simulate import play
-from frictool.simulate.default_servo import default_servo, feedforward
+from frictool.simulate.as_bench import read_test
+from frictool.simulate.default_servo import FEEDFORWARD, default_servo, feedforward
 from studies.command_line import run, run_checked
 from studies.promises.rigs import benches, truth
 
@@ -145,13 +149,94 @@ def test_intervals_that_no_test_narrows_are_named(
     monkeypatch.setattr(rehearsed_test, "rehearse", vague)
     step = next_step(BELT, logs, exact_only)
     assert (step.name, step.exit_code, step.test) == ("impossible", EXIT_NO_SOLUTION, None)
-    assert "no test halves them" in step.why
+    assert "no test narrows them" in step.why
 
 
 def test_no_controller_even_for_exact_parameters(logs: tuple[Log, Log]) -> None:
     step = next_step(BELT, logs, refusing)
     assert (step.name, step.exit_code) == ("impossible", EXIT_NO_SOLUTION)
     assert "too slow" in step.why
+
+
+def without(logs: tuple[Log, Log], *names: str) -> IdentifiedModel:
+    """Return the identification of the logs as if they did not show the parameters `names`."""
+    outcome = identify(logs, BELT)
+    identified = {key: one for key, one in outcome.result.identified.items() if key not in names}
+    refused = {**outcome.result.refused, **dict.fromkeys(names, "not shown")}
+    result = replace(outcome.result, identified=identified, refused=refused)
+    return replace(outcome, result=result, model=model_of(result, BELT, outcome.model.provenance))
+
+
+def test_a_parameter_that_the_strokes_do_not_show_keeps_the_range_of_the_bench(
+    logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outcome = without(logs, "inertia")
+    monkeypatch.setattr(commissioning, "identify", lambda *_: outcome)
+    judged = []
+
+    def inertia_of(model: Model) -> str | None:
+        judged.append(model.bench.mechanics.inertia.interval)
+        return None
+
+    step = next_step(BELT, logs, inertia_of)
+    assert step.enough
+    assert step.why.endswith("not identified, range of the bench: inertia")
+    assert judged == [BELT.mechanics.inertia.interval]
+    exact = exact_model(outcome.model)
+    assert exact.bench.mechanics.inertia.interval == (BELT.mechanics.inertia.value,) * 2
+    assert exact.bench.mechanics.coulomb.interval == (outcome.model.parameters.coulomb.value,) * 2
+
+
+def test_strokes_that_show_nothing_are_repeated_once_with_other_reversals(
+    logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outcome = without(logs, "inertia", "viscous", "coulomb", "offset")
+    monkeypatch.setattr(commissioning, "identify", lambda *_: outcome)
+    step = next_step(BELT, logs, refusing)
+    assert step.name == "friction and inertia"
+    assert step.test is not None
+    reference = step.test.sequence.columns["reference"]
+    assert not np.array_equal(reference, logs[1].main.signals["reference"])
+    kinds = {**outcome.result.kinds, "log_3.mcap": SLIDING_LOG}
+    outcome = replace(outcome, result=replace(outcome.result, kinds=kinds))
+    step = next_step(BELT, logs, refusing)
+    assert (step.name, step.exit_code, step.test) == ("unexplained", EXIT_NO, None)
+    assert "not shown); 2 logs of motion do not show more" in step.why
+
+
+def test_a_breakaway_bounds_the_coulomb_friction_of_the_next_test(logs: tuple[Log, Log]) -> None:
+    model = identify(logs[:1], BELT).model
+    breakaway = model.parameters.breakaway
+    low, high = bench_for_test(BELT, model).mechanics.coulomb.interval
+    assert low == pytest.approx(
+        max(breakaway.interval[0] / LARGEST_BREAKAWAY_RATIO, BELT.mechanics.coulomb.interval[0])
+    )
+    assert high == pytest.approx(min(breakaway.interval[1], BELT.mechanics.coulomb.interval[1]))
+    assert low <= truth(BELT, 3).parameters.coulomb.value <= high
+    assert high - low < np.ptp(BELT.mechanics.coulomb.interval)
+    both = identify(logs, BELT).model
+    assert bench_for_test(BELT, both) == narrowed_bench(BELT, both)
+
+
+def test_the_feedforward_of_a_test_is_that_of_the_narrowed_bench(
+    steps: tuple[tuple[PlanStep, Log], tuple[PlanStep, Log]], tmp_path: Path
+) -> None:
+    (_, ramps), (second, _) = steps
+    assert second.test is not None
+    sequence = second.test.sequence
+    test = sequence.as_log("test")
+    narrowed = bench_for_test(BELT, identify([ramps], BELT).model)
+    column = sequence.columns[FEEDFORWARD]
+    bare = replace(
+        sequence, columns={k: v for k, v in sequence.columns.items() if k != FEEDFORWARD}
+    )
+    np.testing.assert_array_equal(column, feedforward(narrowed, bare.as_log("test")))
+    assert not np.array_equal(column, feedforward(BELT, bare.as_log("test")))
+    for name in ("test.csv", "test.mcap"):
+        path = tmp_path / name
+        save_test(sequence, path, "frictool plan", [])
+        played = feedforward(BELT, read_test(path, BELT))
+        np.testing.assert_allclose(played, feedforward(BELT, test), rtol=1e-12)
 
 
 def test_a_reversed_encoder_is_named(logs: tuple[Log, Log]) -> None:
