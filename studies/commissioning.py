@@ -1,6 +1,6 @@
 """Commissioning of random actuators with `plan` on a simulated bench, with a judged controller.
 
-    python -m studies.commissioning COUNT --seed TEXT
+    python -m studies.commissioning COUNT --seed TEXT -o rows.json
 
 The true plant is drawn inside the bench's ranges; frictool does not read it. The commands are those
 of a user:
@@ -10,14 +10,18 @@ of a user:
     frictool synth identified.yaml --spec spec.yaml --vertices-only -o controller.yaml
     frictool export controller.yaml --lang c -o c
 
-The controller is judged like those of studies.actuators: its exported C on 56 plants of the
-ranges. A refusal is right only if the judge's search finds no controller either.
+The test for validation, which `plan` writes at the end, is played as well. The controller is judged
+like those of studies.actuators: its exported C on 56 plants of the ranges. A refusal is right only
+if the judge's search finds no controller either. The results are kept in rows.json; the same
+command continues after an interruption.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
+import os
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -35,11 +39,14 @@ from studies.actuators.drawing import Actuator, Plant, draw, draw_plants
 from studies.actuators.search import search
 from studies.actuators.trial import describe, verdict_of
 from studies.command_line import CommandResult, run, run_checked
+from studies.kept_results import kept_results
 
 MOST_TESTS = 8
 TRUTH = -1  # index of the true plant among the drawn ones: inside the ranges
 NOISE = 0.02  # largest noise of a measured drive divided by its limit: ten standard deviations
+SPEED_COUNTS = 20  # distance in counts over which the speed of a log is averaged
 RIGHT = "met", "refused like the search"  # correct outcomes
+REFUSALS = 1, 4  # exit codes with which `plan` answers that it proposes no test
 
 
 @dataclass(frozen=True)
@@ -49,6 +56,7 @@ class Commissioning:
     - outcome: one of RIGHT, or the failure
     - tests, bench_s: number of tests and their duration together [s]
     - broken: limits of the bench that a test exceeded
+    - processor_s: processor time of all commands, of the judge and of its search [s]
     """
 
     number: int
@@ -56,54 +64,81 @@ class Commissioning:
     outcome: str
     tests: int
     bench_s: float
-    broken: tuple[str, ...]
+    broken: Sequence[str]
+    processor_s: float = math.nan
 
     def row(self) -> str:
         """Return the row of the table."""
         limits = f", broke {', '.join(self.broken)}" if self.broken else ""
         return (
             f"{self.number:>4}  {self.outcome}{limits}; {self.tests} tests, {self.bench_s:.0f} s; "
-            f"{self.actuator}"
+            f"{self.processor_s:.0f} s of processor time; {self.actuator}"
         )
 
 
 def commission(seed: str, number: int) -> Commissioning:
-    """Commission one actuator of a seed; return the outcome."""
+    """Commission one actuator of a seed; return the outcome. An unexpected error is a failure."""
     actuator = draw(seed, number)
-    plants = draw_plants(actuator, seed)
+    before = _processor_time()
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        documents.write(actuator, folder)
-        (folder / "truth.yaml").write_text(yaml.safe_dump(truth(actuator, plants[TRUTH])))
-        logs: list[Path] = []
-        planned = _planned(folder, logs)
-        while planned.code == 0 and not _enough(planned) and len(logs) < MOST_TESTS:
-            log = folder / f"log{len(logs)}.mcap"
-            run_checked(
-                "simulate", "--as-bench", folder / "truth.yaml", folder / "test.mcap", "-o", log
+        try:
+            outcome = _outcome(actuator, seed, folder)
+        except Exception as error:
+            outcome = f"crashed: {type(error).__name__}: {error}"
+        played = [read_log(log).streams[0] for log in sorted(folder.glob("log*.mcap"))]
+    return Commissioning(
+        number,
+        describe(actuator),
+        outcome,
+        len(played),
+        float(sum(one.time[-1] - one.time[0] for one in played)),
+        tuple(
+            name
+            for one in played
+            for name in broken_limits(
+                actuator, one.signals["position"], one.signals[actuator.drive]
             )
-            logs.append(log)
-            planned = _planned(folder, logs)
-        outcome = (
-            _designed(actuator, seed, folder)
-            if planned.code == 0 and _enough(planned)
-            else _refused(actuator, plants, planned)
-        )
-        played = [read_log(log).streams[0] for log in logs]
-        return Commissioning(
-            number,
-            describe(actuator),
-            outcome,
-            len(played),
-            float(sum(one.time[-1] - one.time[0] for one in played)),
-            tuple(
-                name
-                for one in played
-                for name in broken_limits(
-                    actuator, one.signals["position"], one.signals[actuator.drive]
-                )
-            ),
-        )
+        ),
+        _processor_time() - before,
+    )
+
+
+def _outcome(actuator: Actuator, seed: str, folder: Path) -> str:
+    """Play the tests of `plan` until it proposes none; return the outcome as text."""
+    plants = draw_plants(actuator, seed)
+    documents.write(actuator, folder)
+    (folder / "truth.yaml").write_text(yaml.safe_dump(truth(actuator, plants[TRUTH])))
+    logs: list[Path] = []
+    while True:
+        planned = _planned(folder, logs)
+        if planned.code in REFUSALS:
+            return _refused(actuator, plants, planned)
+        if planned.code != 0:
+            return f"plan ends with {planned.code}: {planned.stderr.strip()}"
+        step = json.loads(planned.out)
+        if step["test"] is not None:
+            logs.append(_played(folder, len(logs)))
+        if step["enough"]:
+            return _designed(actuator, seed, folder)
+        if len(logs) == MOST_TESTS:
+            return f"no end after {MOST_TESTS} tests: {step['why']}"
+
+
+def _played(folder: Path, number: int) -> Path:
+    """Play the test in the folder on the true plant, with noise of its own; return the log."""
+    log = folder / f"log{number}.mcap"
+    run_checked(
+        "simulate", "--as-bench", folder / "truth.yaml", folder / "test.mcap", "-o", log,
+        "--seed", number,
+    )  # fmt: skip
+    return log
+
+
+def _processor_time() -> float:
+    """Return the processor time of this process and of its ended children [s]."""
+    used = os.times()
+    return used.user + used.system + used.children_user + used.children_system
 
 
 def truth(actuator: Actuator, plant: Plant) -> dict[str, Any]:
@@ -127,10 +162,6 @@ def _planned(folder: Path, logs: Sequence[Path]) -> CommandResult:
     )  # fmt: skip
 
 
-def _enough(planned: CommandResult) -> bool:
-    return bool(json.loads(planned.out)["enough"])
-
-
 def _designed(actuator: Actuator, seed: str, folder: Path) -> str:
     """Design a controller for the identified model; return the outcome as text."""
     controller = folder / "controller.yaml"
@@ -149,17 +180,34 @@ def _designed(actuator: Actuator, seed: str, folder: Path) -> str:
 def _refused(actuator: Actuator, plants: Sequence[Plant], planned: CommandResult) -> str:
     if not search(actuator, tuple(plants)).solved:
         return RIGHT[1]
-    reason = planned.stderr.strip() or json.loads(planned.out)["why"]
+    reason = json.loads(planned.out)["why"] if planned.out else planned.stderr.strip()
     return f"refused, but the search finds a controller: {reason}"
 
 
 def broken_limits(actuator: Actuator, position: Vector, drive: Vector) -> Iterator[str]:
-    """Yield the limits of the bench that a log exceeds by more than a count and the noise."""
+    """Yield the limits of the bench that a log exceeds: travel, top speed, drive limit.
+
+    The ends of the travel have stops. An axis whose reading is within a count of an end has touched
+    the stop, or come near to it. The speed is a mean over SPEED_COUNTS or more.
+    """
     step = actuator.encoder_step
-    if np.min(position) < -step or np.max(position) > actuator.travel + step:
+    if np.min(position) < step or np.max(position) > actuator.travel - step:
         yield "travel"
+    for samples in 2 ** np.arange(int(np.log2(position.size))):
+        fastest = np.max(np.abs(position[samples:] - position[:-samples]))
+        if fastest >= SPEED_COUNTS * step:
+            if (fastest - step) / (samples * actuator.period) > documents.top_speed(actuator):
+                yield "top speed"
+            break
     if np.max(np.abs(drive)) > actuator.limit * (1.0 + NOISE):
         yield "drive limit"
+
+
+def commissionings(
+    seed: str, numbers: Sequence[int], kept: Path, cores: int = 1
+) -> Iterator[Commissioning]:
+    """Yield the outcomes of actuators of a seed as they end; those in the file `kept` first."""
+    yield from kept_results(seed, numbers, kept, commission, Commissioning, cores)
 
 
 def main(arguments: list[str]) -> int:
@@ -172,18 +220,21 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("count", type=int, metavar="COUNT", help="number of actuators")
     parser.add_argument("--seed", required=True, help="text that determines the actuators")
     parser.add_argument("--first", type=int, default=0, help="first actuator (0)")
+    parser.add_argument("--cores", type=int, default=1, help="number of processes (1)")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="file of the results")
     given = parser.parse_args(arguments)
     rows = []
-    for number in range(given.first, given.first + given.count):
-        rows.append(commission(given.seed, number))
-        print(rows[-1].row(), flush=True)
+    numbers = range(given.first, given.first + given.count)
+    for one in commissionings(given.seed, numbers, given.output, given.cores):
+        rows.append(one)
+        print(one.row(), flush=True)
     for name, value in summary(rows).items():
         print(f"{name:<22}{value:g}")
     return 0
 
 
 def summary(rows: Sequence[Commissioning]) -> dict[str, float]:
-    """Return counts, and the median duration on the bench [s]."""
+    """Return counts, totals and medians; durations on the bench and processor times in s."""
     return {
         "actuators": len(rows),
         "right": sum(row.outcome in RIGHT for row in rows),
@@ -191,6 +242,9 @@ def summary(rows: Sequence[Commissioning]) -> dict[str, float]:
         "broken_limits": sum(len(row.broken) for row in rows),
         "median_tests": float(np.median([row.tests for row in rows])),
         "median_bench_s": float(np.median([row.bench_s for row in rows])),
+        "tests": sum(row.tests for row in rows),
+        "bench_s": sum(row.bench_s for row in rows),
+        "median_processor_s": float(np.median([row.processor_s for row in rows])),
     }
 
 

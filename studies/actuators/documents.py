@@ -53,7 +53,7 @@ def bench(actuator: Actuator) -> dict[str, Any]:
             "backlash_coulomb": {"value": actuator.backlash_coulomb, "unit": units["effort"]},
             "travel": {"low": 0.0, "high": actuator.travel, "unit": units["position"]},
             "top_speed": {
-                "value": float(f"{3.0 * actuator.amplitude / actuator.bang_bang:.3g}"),
+                "value": top_speed(actuator),
                 "unit": units["speed"],
             },
         },
@@ -63,6 +63,11 @@ def bench(actuator: Actuator) -> dict[str, Any]:
             actuator.drive: drive_column,
         },
     }
+
+
+def top_speed(actuator: Actuator) -> float:
+    """Return the top speed of the bench, rad/s | m/s."""
+    return float(f"{3.0 * actuator.amplitude / actuator.bang_bang:.3g}")
 
 
 def model(actuator: Actuator) -> dict[str, Any]:

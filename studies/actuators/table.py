@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
-from multiprocessing import get_context
 from pathlib import Path
 
 from studies.actuators.judge import REQUIREMENTS
 from studies.actuators.trial import MET, MISSED, Trial, summary, try_actuator
+from studies.kept_results import kept_results
 
 SHORT = dict(
     zip(
@@ -32,39 +31,7 @@ def run_trials(seed: str, count: int, kept: Path, cores: int = 1) -> Iterator[Tr
 
     Each trial is appended to the file `kept`. Trials of this seed in the file are not repeated.
     """
-    header = json.dumps({"seed": seed})
-    lines = kept.read_text().splitlines() if kept.is_file() else []
-    trials = map(_read, lines[1:]) if lines[:1] == [header] else ()
-    done = {trial.number: trial for trial in trials if trial is not None}
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    kept.write_text("".join(f"{line}\n" for line in (header, *map(_line, done.values()))))
-    yield from (trial for number, trial in sorted(done.items()) if number < count)
-    left = [number for number in range(count) if number not in done]
-    for trial in _run(seed, left, cores):
-        with kept.open("a") as file:
-            file.write(f"{_line(trial)}\n")
-        yield trial
-
-
-def _run(seed: str, numbers: Sequence[int], cores: int) -> Iterator[Trial]:
-    if cores == 1:
-        yield from (try_actuator(seed, number) for number in numbers)
-        return
-    with ProcessPoolExecutor(cores, get_context("spawn")) as pool:
-        for job in as_completed([pool.submit(try_actuator, seed, number) for number in numbers]):
-            yield job.result()
-
-
-def _line(trial: Trial) -> str:
-    return json.dumps(asdict(trial))
-
-
-def _read(line: str) -> Trial | None:
-    """Return the trial of a line; None for a line that was not written completely."""
-    try:
-        return Trial(**json.loads(line))
-    except (ValueError, TypeError):
-        return None
+    yield from kept_results(seed, range(count), kept, try_actuator, Trial, cores)
 
 
 def row(trial: Trial) -> str:

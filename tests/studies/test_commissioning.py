@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,16 @@ import yaml
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from studies import commissioning
-from studies.actuators.drawing import VARIED, draw, draw_plants
-from studies.commissioning import Commissioning, broken_limits, summary, truth
+from studies.actuators import documents
+from studies.actuators.drawing import VARIED, Actuator, draw, draw_plants
+from studies.command_line import CommandResult
+from studies.commissioning import (
+    Commissioning,
+    broken_limits,
+    commissionings,
+    summary,
+    truth,
+)
 
 
 def test_the_true_plant_is_inside_the_ranges_of_its_bench(tmp_path: Path) -> None:
@@ -32,14 +41,20 @@ def test_the_true_plant_is_inside_the_ranges_of_its_bench(tmp_path: Path) -> Non
         )
 
 
-def test_a_log_beyond_travel_or_drive_limit_is_named() -> None:
+def test_a_log_beyond_travel_speed_or_drive_limit_is_named() -> None:
     actuator = draw("test", 0)
-    inside = np.array([0.0, 0.5, 1.0]) * actuator.travel
-    beyond = inside + 2.0 * actuator.encoder_step
-    drive = np.array([-1.0, 0.0, 1.0]) * actuator.limit
+    samples = 20_000
+    inside = np.linspace(0.1, 0.9, samples) * actuator.travel
+    drive = np.full(samples, actuator.limit)
+    speed = 0.8 * actuator.travel / (samples * actuator.period)
+    assert speed < 0.5 * documents.top_speed(actuator)
     assert list(broken_limits(actuator, inside, drive)) == []
-    assert list(broken_limits(actuator, beyond, drive)) == ["travel"]
-    assert list(broken_limits(actuator, inside, 1.1 * drive)) == ["drive limit"]
+    for end in (0.0, actuator.travel):  # the stops of the simulated bench end the motion there
+        stopped = np.where(np.arange(samples) == samples - 1, end, inside)
+        assert "travel" in list(broken_limits(actuator, stopped, drive))
+    assert list(broken_limits(actuator, inside, -1.1 * drive)) == ["drive limit"]
+    factor = int(2.0 * documents.top_speed(actuator) / speed)
+    assert list(broken_limits(actuator, inside[::factor], drive)) == ["top speed"]
 
 
 def test_summary_counts_right_outcomes_only() -> None:
@@ -56,4 +71,35 @@ def test_summary_counts_right_outcomes_only() -> None:
     ]
     found = summary(rows)
     assert (found["right"], found["met"], found["broken_limits"]) == (2, 1, 1)
+    assert (found["tests"], found["bench_s"]) == (12, 240.0)
     assert "broke travel" in rows[2].row()
+    assert "3 tests, 60 s" in rows[2].row()
+
+
+def test_an_interrupted_study_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    played = []
+
+    def outcome(actuator: Actuator, seed: str, folder: Path) -> str:
+        played.append(actuator.name)
+        if len(played) == 2:
+            raise ValueError("viscous is nan")
+        return "met"
+
+    monkeypatch.setattr(commissioning, "_outcome", outcome)
+    kept = tmp_path / "rows.json"
+    first = list(commissionings("test", range(2), kept))
+    assert [one.outcome for one in first] == ["met", "crashed: ValueError: viscous is nan"]
+    again = list(commissionings("test", range(3), kept))
+    assert [one.row() for one in again[:2]] == [one.row() for one in first]
+    assert played == ["actuator 0", "actuator 1", "actuator 2"]
+
+
+def test_a_plan_without_end_is_no_refusal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    step = {"test": {}, "enough": False, "why": "nothing new"}
+    answer = CommandResult(0, json.dumps(step).encode(), "")
+    monkeypatch.setattr(commissioning, "_planned", lambda *_: answer)
+    monkeypatch.setattr(commissioning, "_played", lambda folder, number: folder / str(number))
+    actuator = draw("test", 0)
+    assert commissioning._outcome(actuator, "test", tmp_path).startswith("no end after 8 tests")
+    answer = CommandResult(3, b"", "error: the same log twice")
+    assert commissioning._outcome(actuator, "test", tmp_path).startswith("plan ends with 3: error")
