@@ -2,9 +2,9 @@
 
     logs so far               next step
     none                      ramps: direction, encoder, breakaway
-    ramps                     strokes: friction and inertia
+    ramps                     strokes: friction and inertia, unless no strokes are safe
     strokes without result    strokes with other reversals; after MOST_STROKES logs, no test
-    friction or inertia       search for a controller that meets the specification
+    ramps, or strokes         search for a controller that meets the specification
         for all plants        steps, to validate the model; commissioning is complete
         for the logs' intervals only    no test; the bench's ranges are too wide for any controller
         for exact values only           strokes again, with half of the interval widths
@@ -134,10 +134,14 @@ def next_step(
     known = {one.parameter for one in reached}
     if "ramp" not in outcome.result.kinds.values() and "breakaway" not in known:
         return _ramps(bench, reached)
+    untested = None
     if not known.intersection(SLIDING):
         why = f"not identified yet ({_refusals(outcome.result, SLIDING)})"
-        return _strokes(bench_for_test(bench, model), why, outcome.result, reached)
-    return _designed(bench, outcome, refusal_of, narrow)
+        try:
+            return _strokes(bench_for_test(bench, model), why, outcome.result, reached)
+        except NoSolutionError as error:
+            untested = str(error)
+    return _designed(bench, outcome, refusal_of, narrow, untested)
 
 
 def _refusals(result: Identification, names: Sequence[str]) -> str:
@@ -195,7 +199,17 @@ def _compensated(test: PreciseTest, bench: Bench) -> PreciseTest:
     return replace(test, sequence=compensated)
 
 
-def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow: bool) -> PlanStep:
+def _designed(
+    bench: Bench,
+    outcome: IdentifiedModel,
+    refusal_of: Judge,
+    narrow: bool,
+    untested: str | None,
+) -> PlanStep:
+    """Return the step that follows from the search for a controller.
+
+    untested: reason for which no test of strokes is possible, or None.
+    """
     model = outcome.model
     reached = _reached(outcome)
     known = {one.parameter for one in reached}
@@ -204,8 +218,8 @@ def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow:
     left = narrowed_model(model) if narrow else model
     refusal = refusal_of(left)
     if refusal is None:
-        test, untested = _validation(bench_for_test(bench, model))
-        why = f"`synth` meets this specification for every possible plant; {untested}{unseen}"
+        test, advice = _validation(bench_for_test(bench, model))
+        why = f"`synth` meets this specification for every possible plant; {advice}{unseen}"
         return PlanStep("validation", why, test, reached, left, enough=True)
     if not narrow and refusal_of(narrowed_model(model)) is None:
         why = (
@@ -223,6 +237,8 @@ def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow:
         if one.parameter in SLIDING and one.share
     } | {name: FIRST_STROKES for name in missing if getattr(bench.mechanics, name).value > 0.0}
     try:
+        if untested is not None:
+            raise NoSolutionError(untested)
         finer = bench_for_test(bench, model)
         test = _compensated(rehearsed_strokes(finer, PrecisionRequest(wanted)), finer)
     except NoSolutionError as error:

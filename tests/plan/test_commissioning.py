@@ -17,9 +17,10 @@ from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
-from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
+from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
 from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.excite.bench_limits import limits_of
+from frictool.identify.excite.precise_strokes import PreciseTest
 from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.model_document import LARGEST_BREAKAWAY_RATIO, model_of
 from frictool.logs.canonical.mcap_format import write_mcap
@@ -185,6 +186,27 @@ def test_a_parameter_that_the_strokes_do_not_show_keeps_the_range_of_the_bench(
     exact = exact_model(outcome.model)
     assert exact.bench.mechanics.inertia.interval == (BELT.mechanics.inertia.value,) * 2
     assert exact.bench.mechanics.coulomb.interval == (outcome.model.parameters.coulomb.value,) * 2
+
+
+def test_a_bench_on_which_no_strokes_are_safe_is_judged_by_its_ranges(
+    logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unsafe(*_: object) -> PreciseTest:
+        raise NoSolutionError("travel: every stroke can reach an end")
+
+    monkeypatch.setattr(commissioning, "rehearsed_strokes", unsafe)
+    step = next_step(BELT, logs[:1], passing)
+    assert step.enough
+    assert step.why.endswith("not identified, range of the bench: inertia, viscous, coulomb")
+    for judge, reason in ((refusing, "even for exact"), (ranged, "no test narrows them: travel")):
+        step = next_step(BELT, logs[:1], judge)
+        assert (step.name, step.exit_code, step.test) == ("impossible", EXIT_NO_SOLUTION, None)
+        assert reason in step.why
+
+
+def ranged(model: Model) -> str | None:
+    low, high = model.bench.mechanics.coulomb.interval
+    return None if low == high else "too slow"
 
 
 def test_strokes_that_show_nothing_are_repeated_once_with_other_reversals(
