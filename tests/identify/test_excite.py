@@ -258,7 +258,7 @@ def test_ramps_played_by_their_rules_give_the_breakaway() -> None:
         (
             "breakaway",
             ExcitationSettings(amplitude=1.0),
-            ("current", "for the largest breakaway"),
+            ("current", "largest breakaway"),
         ),
         (
             "breakaway",

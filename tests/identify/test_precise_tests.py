@@ -296,7 +296,7 @@ def test_refusals_name_limit_and_remedy(tmp_path: Path) -> None:
     assert excite().code == 2
     both = excite("--for", "inertia=5%", "--for", "breakaway=5%")
     assert both.code == 2
-    assert "give --ramps" in both.stderr
+    assert "with --ramps FILE" in both.stderr
     short = excite("--for", "inertia=0.1%", "--duration", "5")
     assert short.code == 1
     assert "missed within 5 s: inertia" in short.stderr
