@@ -64,7 +64,7 @@ def test_the_sum_of_what_acts() -> None:
 
 
 def test_a_load_that_the_drive_cannot_bear_is_refused() -> None:
-    with pytest.raises(NoSolutionError, match=r"exceed the actuator's \S+ N m; .* raise actuator.limit"):
+    with pytest.raises(NoSolutionError, match=r"exceed the actuator's \S+ N m; .* raise actuator"):
         disturbance(loaded(gravity=Gravity(near(5.0), near(0.0))))
 
 
