@@ -173,9 +173,10 @@ def test_the_range_of_a_fixed_parameter_widens_the_others(method: str) -> None:
             [log],
             bench,
             IdentificationSettings(
+                window=17,
                 fixed={
                     "viscous": Interval(known.value, known.value * (1 - r), known.value * (1 + r))
-                }
+                },
             ),
         )
         for r in (1e-6, 0.5)

@@ -90,13 +90,19 @@ def test_backlash_and_delay_come_back(width: float, delay: float, seed: int) -> 
     assert gap.half_width < 0.3
 
 
-def test_no_backlash_is_said_and_a_coarse_encoder_does_not_tell_its_width() -> None:
+def test_no_backlash_is_said_and_a_coarse_encoder_does_not_tell_a_small_width() -> None:
     tight = TRUTH._replace(encoder_step=FINE_STEP, backlash=0.0)
     gap, late = reversals([record(sines(1, tight), tight)], clutch(), 0.95)
     assert "no sign of backlash" in str(gap)
     assert isinstance(late, Interval)
     assert late.low <= 0.0 <= late.high
-    assert "too wide to be useful" in str(reversals([record(sines(0))], clutch(), 0.95)[0])
+    small = TRUTH._replace(backlash=1.0)
+    assert "too wide to be useful" in str(
+        reversals([record(sines(0, small), small)], clutch(), 0.95)[0]
+    )
+    width = reversals([record(sines(0))], clutch(), 0.95)[0]
+    assert isinstance(width, Interval)
+    assert width.low <= TRUTH.backlash <= width.high
 
 
 def test_the_command_measures_the_bench(tmp_path: Path) -> None:

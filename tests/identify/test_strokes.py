@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.identify.motion_record import make_record
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.rows.slip_mask import slip_mask
-from frictool.identify.rows.strokes import find_strokes, turning_points
+from frictool.identify.rows.smoothing import position_noise, smoothed
+from frictool.identify.rows.strokes import Strokes, find_strokes, turning_points
+from frictool.typing import Vector
 
 PATHS = st.lists(st.integers(-4, 4), min_size=2, max_size=60)
 
@@ -67,6 +70,37 @@ def test_a_break_of_the_clock_ends_a_stroke() -> None:
     assert strokes.number[99] != strokes.number[100]
 
 
+def slow_speeds(record: MotionRecord, strokes: Strokes) -> Vector:
+    """Mean speed over each motion by 1.5 counts (or as much noise), 0 where the axis may rest.
+
+    It does not rest in the last count of a stroke if a constant deceleration explains the time.
+    """
+    distance = 1.5 * np.sqrt(12.0) * position_noise(record)
+    speed = np.zeros(record.position.size)
+    for number in np.unique(strokes.number):
+        index = np.flatnonzero(strokes.number == number)
+        x = record.position[index] * strokes.sign[index]
+        parts = []
+        first = 0
+        while np.any(far := np.abs(x[first:] - x[first]) >= distance):
+            parts.append((first, first + int(np.argmax(far))))
+            first = parts[-1][1]
+        parts.append((first, first + int(np.argmax(x[first:] == x[-1]))))
+        for one, other in parts:
+            if other > one:
+                mean = (x[other] - x[one]) / ((other - one) * record.period)
+                speed[index[one] : index[one] + other - one] = mean
+        last = speed[index[parts[-1][1] - 1]] if parts[-1][1] > 0 else 0.0
+        turning = index[parts[-1][1] :]
+        if abs(last) * turning.size * record.period <= 4.0 * distance / 1.5:
+            speed[turning] = last
+        of_stroke = speed[index].copy()
+        for k in range(index.size):
+            least = min(np.max(of_stroke[: k + 1]), np.max(of_stroke[k:]))
+            speed[index[k]] = 0.0 if of_stroke[k] < 0.1 * least else of_stroke[k]
+    return speed
+
+
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(seed=st.integers(0, 1000), window=st.sampled_from([5, 11, 21]))
 def test_mask_holds_for_every_sample_of_the_window(seed: int, window: int) -> None:
@@ -80,13 +114,38 @@ def test_mask_holds_for_every_sample_of_the_window(seed: int, window: int) -> No
     backlash, reach = 4.0, (window - 1) // 2
     mask = slip_mask(record, strokes, velocity, window, backlash)
     slowest = max(2.0 / (window * 1e-3), 0.02 * np.max(velocity * strokes.sign))
+    speed = slow_speeds(record, strokes)
     for k in range(400):
         around = range(k - reach, k + reach + 1)
         expected = around[0] >= 0 and around[-1] < 400
         expected = expected and all(
             strokes.number[j] == strokes.number[k]
-            and velocity[j] * strokes.sign[j] > slowest
+            and min(velocity[j] * strokes.sign[j], speed[j]) > slowest
             and strokes.advance[j] > backlash + 2.0
             for j in around
         )
         assert mask[k] == expected
+
+
+@pytest.mark.parametrize("window", [15, 61, 121])
+@pytest.mark.parametrize("counts", [0.3, 2.0, 40.0])
+def test_no_window_contains_a_rest(window: int, counts: float) -> None:
+    """The axis rests at each reversal, and in the middle of each stroke.
+
+    counts: speed in counts per sample.
+    """
+    draw = np.random.default_rng(window)
+    pieces: list[Vector] = []
+    for stroke in range(10):
+        for _ in range(2):
+            pieces.append(np.full(200, 1.0 - 2.0 * (stroke % 2)))
+            pieces.append(np.zeros(draw.integers(80, 200)))
+    velocity = np.concatenate(pieces)
+    position = np.floor(counts * np.cumsum(velocity) + draw.random())
+    time = np.arange(position.size) * 1e-3
+    record = make_record("rests", time, position, np.zeros(time.size), resolution=1.0, lag=0.0)
+    strokes = find_strokes(record)
+    mask = slip_mask(record, strokes, smoothed(record, window)[1], window, 0.0)
+    rest = np.convolve(velocity == 0.0, np.ones(window), mode="same") > 0.5
+    assert np.count_nonzero(mask) > 0.5 * np.count_nonzero(~rest)
+    assert not np.any(mask & rest)

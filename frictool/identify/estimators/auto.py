@@ -29,6 +29,7 @@ use. The same applies to an offset that the bench does not declare.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import msgspec
@@ -96,8 +97,12 @@ def _with_simulated_inertia(
 ) -> SlidingFit:
     """Return `fit` with the inertia estimated by output error, which needs no differentiation.
 
-    The simulation does not include disturbing effects; the effort of these effects widens the
-    interval of the inertia. If the bench has a load, `fit` is returned unchanged.
+    The simulation does not include disturbing effects; their effort widens the interval of the
+    inertia. Errors of the simulated position that resemble the motion by the inertia shift the
+    inertia by at most the ratio of the two (rms), which also widens its interval.
+
+    `fit` is returned unchanged if this ratio is 1 or more, if the simulation contradicts the
+    friction of `fit`, or if the bench has a load.
     """
     effects = {effect.term for effect in declared_effects(bench)}
     if bench.load is not None and set(bench.load.terms) - effects - {"offset"}:
@@ -109,6 +114,14 @@ def _with_simulated_inertia(
         simulated = simulation_error(records, plain, settings, ())
     except UnusableLogs:
         return fit
+    motion = simulated.details.get("inertia_motion_rms", math.inf)
+    share = simulated.details["residual_rms"] / motion if motion > 0.0 else math.inf
+    if share >= 1.0 or disagreement(fit, simulated) is not None:
+        return fit
+    inertia = simulated.parameters["inertia"]
+    half = math.hypot(inertia.half_width, share * inertia.value)
+    wider = {**simulated.parameters, "inertia": Interval.around(inertia.value, half)}
+    simulated = replace(simulated, parameters=wider)
     return joined(fit, simulated, OUTPUT_ERROR, "the encoder hides the acceleration")
 
 

@@ -304,6 +304,8 @@ def _fit(
         "segments": len(simulated.segments),
         "residual_rms": float(np.sqrt(np.mean(fitted.residual**2))),
     }
+    if "inertia" in simulated.names:
+        details["inertia_motion_rms"] = _own_motion(simulated, fitted, "inertia")
     return SlidingFit(
         {name: intervals[name] for name in SLIDING if name in intervals},
         {},
@@ -314,6 +316,14 @@ def _fit(
         details,
         laws_of(intervals, simulated.bench),
     )
+
+
+def _own_motion(simulated: SegmentSimulation, fitted: SimulationFit, name: str) -> float:
+    """Return the rms motion [rad | m] by a parameter that the other parameters do not explain."""
+    index = simulated.names.index(name)
+    column, others = fitted.jacobian[:, index], np.delete(fitted.jacobian, index, axis=1)
+    own = column - others @ np.linalg.lstsq(others, column, rcond=None)[0]
+    return float(np.sqrt(np.mean(own**2))) * abs(fitted.values[name])
 
 
 def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:

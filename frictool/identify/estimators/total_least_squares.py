@@ -2,9 +2,10 @@
 
 In ordinary least squares, the parameter of a noisy regressor becomes too small. Here the noise of
 each column is known: acceleration and velocity have the filtered noise of the position
-(`position_noise`), sign and constant have none, and the noise of the effort is computed from the
-residuals. M is the mean of row^T row over the rows [regressors, effort], and S is the part of M
-that the noise causes. The estimate theta solves (Golub and Van Loan 1980, generalised)
+(`position_noise`), sign and constant have none. The noise of the effort is the residual without the
+part that the noise of acceleration and velocity causes. M is the mean of row^T row over the rows
+[regressors, effort], and S is the part of M that the noise causes. The estimate theta solves (Golub
+and Van Loan 1980, generalised)
 
     (M - lambda S) [theta; -1] = 0
 
@@ -65,6 +66,7 @@ def _fit(
     places = [*(SLIDING.index(name) for name in names), -1]
     noise = _noise(samples, window, record)[np.ix_(places, places)]
     products, rows, cluster = cluster_products(samples, (*columns, samples.effort), window)
+    noise = _of_effort(np.sum(products, axis=0) / float(np.sum(rows)), noise)
     estimates = intervals(
         products,
         rows,
@@ -81,6 +83,15 @@ def _fit(
             samples,
         ),
     )
+
+
+def _of_effort(mean: Matrix, noise: Matrix) -> Matrix:
+    """Return `noise` with the variance of the effort without that of acceleration and velocity."""
+    theta = np.append(errors_in_variables(mean, noise), -1.0)
+    others = theta[:-1] @ noise[:-1, :-1] @ theta[:-1]
+    out = noise.copy()
+    out[-1, -1] = max(theta @ mean @ theta - others, NEGLIGIBLE * mean[-1, -1])
+    return out
 
 
 def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Matrix:

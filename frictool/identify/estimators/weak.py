@@ -21,6 +21,7 @@ and the interval is widened by the whole largest error on either side.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -38,7 +39,6 @@ from frictool.identify.estimators.weak_structure import (
     choose_structure,
     with_structure,
 )
-from frictool.identify.excite.cramer_rao import SensorPrecision
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
@@ -49,6 +49,7 @@ from frictool.identify.rows.friction_columns import (
     position_columns,
     rows_of,
 )
+from frictool.identify.rows.quantisation_limit import hidden_by_noise
 from frictool.identify.rows.regression_samples import (
     RegressionSamples,
     fit,
@@ -86,7 +87,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     samples = _chosen(samples, parts, structure)
     # further columns explain a part of the acceleration, so that a longer window is better
     if structure != FrictionStructure():
-        share = _unexplained_power(samples) / float(np.mean(samples.acceleration**2))
+        share = samples.own_acceleration**2 / float(np.mean(samples.acceleration**2))
         deviation, window = weak_deviation(strokes, axis, sensing, settings.window, share)
         samples = _chosen(*_windows(records, bench, window), structure)
     details: dict[str, float | int] = {
@@ -109,33 +110,27 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
             f"the bench's range is narrower: {percent(known)}"
         )
         return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})
-    return replace(
-        result,
-        parameters={
-            **result.parameters,
-            "inertia": _widened(result, samples, sensing, window, settings.confidence),
-        },
-    )
+    second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / sensing.period**2
+    noise = sensing.step / math.sqrt(12.0) * float(np.linalg.norm(second))
+    own = samples.own_acceleration
+    if hidden_by_noise(noise, own, bench):
+        kept = {name: interval for name, interval in result.parameters.items() if name != "inertia"}
+        shown = f"{100.0 * min(noise / own, 1.0) ** 2:.3g} %"
+        reason = (
+            f"noise of the encoder may be {shown} of the mean square of the acceleration that "
+            "friction does not explain; record a test with changing speed (excite --kind sines)"
+        )
+        return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})
+    inertia = _widened(result, (noise / own) ** 2, settings.confidence)
+    return replace(result, parameters={**result.parameters, "inertia": inertia})
 
 
-def _widened(
-    fit: SlidingFit,
-    samples: RegressionSamples,
-    sensing: SensorPrecision,
-    window: int,
-    confidence: float,
-) -> Interval:
+def _widened(fit: SlidingFit, noise: float, confidence: float) -> Interval:
+    """Return the interval of the inertia, which noise reduces by the share `noise`."""
     inertia = fit.parameters["inertia"]
     if not np.isfinite(inertia.half_width):
         return inertia
-    second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / sensing.period**2
-    share = (
-        abs(inertia.value)
-        * sensing.step**2
-        / 12.0
-        * float(second @ second)
-        / _unexplained_power(samples)
-    )
+    share = abs(inertia.value) * noise
     repeated = fit.details["clusters"] < REPEATED * fit.details["strokes"]
     put_back, unsure = (0.0, share) if repeated else (0.5 * share, 0.5 * share)
     half = half_width(
@@ -234,15 +229,3 @@ def _why(structure: FrictionStructure) -> str | None:
         if parts
         else None
     )
-
-
-def _unexplained_power(samples: RegressionSamples) -> float:
-    """Return the mean square of the acceleration that the other columns do not explain.
-
-    The unit is (rad/s^2)^2 | (m/s^2)^2.
-    """
-    others = np.column_stack((*samples.columns[1:], *samples.loads.values()))
-    left = (
-        samples.acceleration - others @ np.linalg.lstsq(others, samples.acceleration, rcond=None)[0]
-    )
-    return float(np.mean(left**2))

@@ -53,7 +53,7 @@ def differenced_fit(
         records[0],
         bench,
         response,
-        used.acceleration,
+        used.own_acceleration,
         f"with a filter of {time_constant:g} s",
     )
 

@@ -1,19 +1,20 @@
 """Test whether the encoder is too coarse to identify the inertia with a differentiating filter.
 
 The test is thesis (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of
-the second difference. Quantisation changes the acceleration a by at most D_a = step/2 sum|h|, which
-shifts the inertia J by up to J D_a/rms(a). Identification is useful only if this shift is less than
-the half width of the interval of the inertia in bench.yaml.
+the second difference. Quantisation changes the acceleration by at most D_a = step/2 sum|h|, which
+shifts the inertia J by up to J D_a/a. Here a is the rms of the acceleration that the other
+regressors do not explain: in strokes of one speed, the acceleration is small, and proportional to
+the difference from this speed. Identification is useful only if the shift is less than the half
+width of the interval of the inertia in bench.yaml.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
-import numpy as np
-
 from frictool.documents.bench import Bench
-from frictool.documents.quantity import si_unit
+from frictool.documents.quantity import Quantity, si_unit
 from frictool.identify.assess.quantisation import acceleration_error, inertia_error
 from frictool.identify.fit_result import SlidingFit
 from frictool.identify.motion_record import MotionRecord
@@ -21,25 +22,20 @@ from frictool.typing import Vector
 
 
 def unresolved_inertia(
-    record: MotionRecord, bench: Bench, response: Vector, acceleration: Vector, smoothing: str
+    record: MotionRecord, bench: Bench, response: Vector, acceleration: float, smoothing: str
 ) -> str | None:
     """Return why the encoder is too coarse to identify the inertia; None if it is fine enough.
 
     - response: impulse response from the position (1/s^2) or the measured velocity (1/s) to the
       acceleration
-    - acceleration: acceleration of the samples used, (n,), rad/s^2 | m/s^2
+    - acceleration: rms acceleration that the other regressors do not explain, rad/s^2 | m/s^2
     - smoothing: description of the filter for the message
     """
     prior = bench.mechanics.inertia
-    known = 0.5 * (prior.interval[1] - prior.interval[0])
-    if known == 0.0:
-        # without an interval in the bench, an error of up to 100 % is useful
-        known = prior.value
-    bound = (
-        prior.value
-        * acceleration_error(record.count, response)
-        / float(np.sqrt(np.mean(acceleration**2)))
-    )
+    # without an interval in the bench, an error of up to 100 % is useful
+    known = _known(prior)
+    error = acceleration_error(record.count, response)
+    bound = prior.value * error / acceleration if acceleration > 0.0 else math.inf
     effort = bench.actuator.constant.value * bench.actuator.limit.value
     raw = inertia_error(prior.value, record.resolution, record.period, effort)
     if bound >= known:
@@ -51,12 +47,27 @@ def unresolved_inertia(
     return None
 
 
+def hidden_by_noise(noise: float, own: float, bench: Bench) -> bool:
+    """Return True if noise can change the fitted inertia by more than the bench's range.
+
+    The noise [rad/s^2 | m/s^2] is a part of the rms acceleration `own` that the other regressors do
+    not explain. It multiplies the inertia by 1 - (noise/own)^2.
+    """
+    prior = bench.mechanics.inertia
+    return prior.value * noise**2 >= _known(prior) * (own**2 - noise**2)
+
+
+def _known(prior: Quantity) -> float:
+    """Return the half width of the interval in bench.yaml, or the value without an interval."""
+    return 0.5 * (prior.interval[1] - prior.interval[0]) or prior.value
+
+
 def refuse_hidden_inertia(
     fit: SlidingFit,
     record: MotionRecord,
     bench: Bench,
     response: Vector,
-    acceleration: Vector,
+    acceleration: float,
     smoothing: str,
 ) -> SlidingFit:
     """Return the fit; drop the inertia if the encoder is too coarse to identify it.

@@ -80,6 +80,19 @@ class RegressionSamples:
         return self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)
 
     @property
+    def own_acceleration(self) -> float:
+        """Return the rms acceleration [rad/s^2 | m/s^2] that the other regressors do not explain.
+
+        Only this part of the acceleration determines the inertia.
+        """
+        others = (*self.columns[1:], *self.loads.values())
+        products = np.array([[one @ other for other in others] for one in others])
+        shared = np.array([one @ self.acceleration for one in others])
+        explained = shared @ np.linalg.lstsq(products, shared, rcond=None)[0]
+        left = self.acceleration @ self.acceleration - explained
+        return float(np.sqrt(max(left, 0.0) / self.acceleration.size))
+
+    @property
     def one_direction(self) -> bool:
         """Return True if the motion has one direction only."""
         return bool(np.all(self.sign > 0.0) or np.all(self.sign < 0.0))

@@ -7,7 +7,9 @@ the other intervals.
 Noise makes the fitted inertia too small. If all strokes have one speed, only the samples near
 reversals separate viscous from Coulomb friction. The error of the inertia then shifts viscous and
 Coulomb friction. The intervals of the other parameters therefore include the fits with every
-inertia from the fitted value to the value without this error (`_unattenuated`).
+inertia from the fitted value to the value without this error (`_unattenuated`). If
+noise may hide the inertia completely (`hidden_by_noise`), the other parameters are fitted with the
+bench's inertia, and their intervals include its range.
 
 The smoothing window is chosen twice. The first window is so long that noise hardly changes the
 inertia. The second is the shortest window with which noise decreases the fitted inertia by less
@@ -31,7 +33,7 @@ from frictool.identify.motion_record import MotionRecord, once_per_record
 from frictool.identify.rows.effects import SmoothedMotion
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.load_terms import HARMONICS, SPRING, TERMS, with_laws
-from frictool.identify.rows.quantisation_limit import refuse_hidden_inertia
+from frictool.identify.rows.quantisation_limit import hidden_by_noise, refuse_hidden_inertia
 from frictool.identify.rows.regression_samples import RegressionSamples, fit, joined, with_fixed
 from frictool.identify.rows.slip_mask import keep_rows, slip_mask
 from frictool.identify.rows.smoothing import (
@@ -97,47 +99,33 @@ def slipping_fit(
         result = fitting(with_fixed(samples, settings.fixed), used)
     response = acceleration_response(records[0], used)
     sample_share = _own_share(samples)
+    own = samples.own_acceleration
     checked = refuse_hidden_inertia(
-        result,
-        records[0],
-        bench,
-        response,
-        sample_share * samples.acceleration,
-        f"over {used} samples",
+        result, records[0], bench, response, own, f"over {used} samples"
     )
-    if (
-        sample_share < 1.0
-        and "inertia" in result.parameters
-        and "inertia" not in checked.parameters
-    ):
-        with_bench_inertia = fitting(
-            with_fixed(samples, {**settings.fixed, "inertia": known_inertia(bench)}), used
-        )
-        checked = replace(
-            with_bench_inertia,
-            refused={
-                **with_bench_inertia.refused,
-                "inertia": f"{checked.refused['inertia']}; {WITH_BENCH_INERTIA}",
-            },
-        )
-    elif "inertia" in result.parameters and "inertia" not in checked.parameters:
+    if "inertia" in result.parameters and "inertia" not in checked.parameters:
         noise = measurement_noise(records[0]) * float(np.linalg.norm(response))
-        fixed = {**settings.fixed, "inertia": _unattenuated(result, samples, noise, bench)}
-        checked = _widened_to(checked, fitting(with_fixed(samples, fixed), used))
+        loaded = sample_share < 1.0
+        if loaded or hidden_by_noise(noise, own, bench):
+            fixed = {**settings.fixed, "inertia": known_inertia(bench)}
+            known = fitting(with_fixed(samples, fixed), used)
+            reason = checked.refused["inertia"] + (f"; {WITH_BENCH_INERTIA}" if loaded else "")
+            checked = replace(known, refused={**known.refused, "inertia": reason})
+        else:
+            fixed = {**settings.fixed, "inertia": _unattenuated(result, own, noise, bench)}
+            checked = _widened_to(checked, fitting(with_fixed(samples, fixed), used))
     return with_temperature_law(with_laws(checked, bench), records)
 
 
-def _unattenuated(
-    result: SlidingFit, samples: RegressionSamples, noise: float, bench: Bench
-) -> Interval:
+def _unattenuated(result: SlidingFit, own: float, noise: float, bench: Bench) -> Interval:
     """Return the fitted inertia, with an interval that includes the inertia of a fit without noise.
 
-    Noise with the rms `noise` multiplies the inertia by 1 - noise^2/s^2, where s is the rms of the
-    acceleration that the other regressors do not explain. The upper end is at most the larger of
-    two upper ends: that of the interval in bench.yaml, and that of the fitted interval.
+    Noise with the rms `noise` multiplies the inertia by 1 - noise^2/own^2, where `own` is the rms
+    of the acceleration that the other regressors do not explain. The upper end is at most the
+    larger of two upper ends: that of the interval in bench.yaml, and that of the fitted interval.
     """
     fitted = result.parameters["inertia"]
-    left = max(1.0 - noise**2 / _own_acceleration(samples) ** 2, 0.0)
+    left = max(1.0 - noise**2 / own**2, 0.0)
     most = max(known_inertia(bench).high, fitted.high)
     full = min(fitted.value / left, most) if left > 0.0 else most
     return Interval(fitted.value, fitted.low, max(fitted.high, full))
@@ -152,13 +140,6 @@ def _widened_to(fit: SlidingFit, other: SlidingFit) -> SlidingFit:
     return replace(fit, parameters={**fit.parameters, **wider})
 
 
-def _own_acceleration(samples: RegressionSamples) -> float:
-    """Return the rms residual of a fit of the acceleration by the other regressors (SI)."""
-    others = np.column_stack((*samples.columns[1:], *samples.loads.values()))
-    values = np.linalg.lstsq(others, samples.acceleration, rcond=None)[0]
-    return float(np.sqrt(np.mean((samples.acceleration - others @ values) ** 2)))
-
-
 def _own_share(samples: RegressionSamples) -> float:
     """Return the fraction of the rms acceleration that the other regressors do not explain.
 
@@ -168,7 +149,7 @@ def _own_share(samples: RegressionSamples) -> float:
     """
     if not any(name in samples.loads for term in (SPRING, *HARMONICS) for name in TERMS[term]):
         return 1.0
-    return _own_acceleration(samples) / float(np.sqrt(np.mean(samples.acceleration**2)))
+    return samples.own_acceleration / float(np.sqrt(np.mean(samples.acceleration**2)))
 
 
 def known_inertia(bench: Bench) -> Interval:

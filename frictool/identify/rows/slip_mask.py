@@ -7,21 +7,33 @@ is used if all samples in its smoothing window
 - are farther from the beginning of the stroke than the backlash;
 - move in the direction of the stroke at more than NOISE_COUNTS encoder counts per window, and at
   more than 2 % of the record's top speed.
+
+Two velocities have to meet the last condition. One is smoothed over the window. Half a window
+before a motion and after it, this velocity is not 0, although the axis rests. At rest, the effort
+takes any value up to the breakaway, so that a few samples of rest would shift the parameters. The
+other velocity is therefore a mean over the shortest motion that the encoder certainly shows. Where
+it falls below a tenth of the largest speeds before and after in the same stroke, the axis may rest.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.rows.strokes import Strokes
+from frictool.identify.rows.smoothing import position_noise
+from frictool.identify.rows.strokes import COUNTS, Strokes
 from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Vector
 
 NOISE_COUNTS = 2.0  # least motion in a window, in counts; with less, the axis may be at rest
 # share of the top speed; below it breakaway, Stribeck effect and stick-slip may act
 SPEED_SHARE = 0.02
+# speed between two faster parts of a stroke, relative to them, below which the axis may rest
+REST_SHARE = 0.1
+TURN = 4.0  # counts that the speed before the last count covers while the axis turns in this count
 
 
 @kernel
@@ -64,8 +76,12 @@ def slip_mask(
     top = float(np.nanmax(velocity * strokes.sign, initial=0.0))
     slowest = max(NOISE_COUNTS * record.resolution / (window * record.period), SPEED_SHARE * top)
     gap = backlash + (2.0 * record.resolution if backlash > 0.0 else 0.0)
+    certain = np.empty(velocity.size)
+    mean_velocity(record.position, strokes.number, _certain_motion(record), record.period, certain)
+    certain *= strokes.sign
+    remove_rests(certain, strokes.number, np.empty(velocity.size))
     mark_slip(
-        velocity,
+        strokes.sign * np.minimum(velocity * strokes.sign, certain),
         strokes.sign,
         strokes.advance,
         strokes.number,
@@ -75,6 +91,60 @@ def slip_mask(
         mask,
     )
     return mask
+
+
+def _certain_motion(record: MotionRecord) -> float:
+    """Return the change of the measured position that noise does not cause, rad | m."""
+    return COUNTS * math.sqrt(12.0) * position_noise(record)
+
+
+@kernel
+def mean_velocity(
+    position: Vector, number: IntVector, distance: float, period: float, out: Vector
+) -> None:
+    """Fill `out` (n,) with mean velocities, each over the time of a motion by `distance`.
+
+    Such a motion begins where the previous one ends, and at the beginning of a stroke. `number` is
+    the number of the stroke of each sample, (n,). The last motion of a stroke may be shorter. It
+    ends when the last position is first reached. The velocity is then 0, unless the axis may turn
+    without a rest. With a constant deceleration, it is in its last count for at most 4 c/v, where c
+    is the count and v the speed before this count.
+    """
+    turn = TURN / COUNTS * distance
+    first = 0
+    n = position.shape[0]
+    for k in range(1, n + 1):
+        if k == n or number[k] != number[first]:
+            reached = first
+            while position[reached] != position[k - 1]:
+                reached += 1
+            if reached > first:
+                out[first:reached] = (position[reached] - position[first]) / (
+                    (reached - first) * period
+                )
+            last = out[reached - 1] if reached > 0 and number[reached - 1] == number[first] else 0.0
+            out[reached:k] = last if abs(last) * (k - reached) * period <= turn else 0.0
+            first = k
+        elif abs(position[k] - position[first]) >= distance:
+            out[first:k] = (position[k] - position[first]) / ((k - first) * period)
+            first = k
+
+
+@kernel
+def remove_rests(speed: Vector, number: IntVector, before: Vector) -> None:
+    """Set the speed (n,) along the stroke to 0 where it is small between faster parts of a stroke.
+
+    `number` is the number of the stroke of each sample, (n,). `before` (n,) is overwritten.
+    """
+    n = speed.shape[0]
+    fastest = 0.0
+    for k in range(n):
+        fastest = max(fastest if k > 0 and number[k] == number[k - 1] else 0.0, speed[k])
+        before[k] = fastest
+    for k in range(n - 1, -1, -1):
+        fastest = max(fastest if k < n - 1 and number[k] == number[k + 1] else 0.0, speed[k])
+        if speed[k] < REST_SHARE * min(before[k], fastest):
+            speed[k] = 0.0
 
 
 @kernel
