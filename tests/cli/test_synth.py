@@ -144,7 +144,13 @@ def test_a_picture_over_another_file_of_the_command_is_refused_at_once(folder: P
             "_95_s: 0.22",
             "_95_s: 0.04",
             4,
-            ["found 0.04 s", "at least 0.077", "for 40 rad", "inertia 1.53e-05", "actuator.limit"],
+            [
+                "found 0.04 s",
+                "at least 0.077",
+                "for a step of 40 rad",
+                "inertia 1.53e-05",
+                "actuator.limit",
+            ],
         ),
         (
             "spec",

@@ -277,7 +277,7 @@ def test_knees_and_end_stops_are_events() -> None:
 
 
 def test_what_a_body_does_not_take_is_refused() -> None:
-    with pytest.raises(ValueError, match="no knee of the body"):
+    with pytest.raises(ValueError, match="found a knee of the body"):
         body(EXTENSIONS["dwell"], knee=0.5).as_array()
     settings = LawRunSettings(extension=FrictionExtension(delay=1e-3))
     with pytest.raises(ValueError, match="no pure delay of the film"):

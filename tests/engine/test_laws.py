@@ -237,7 +237,7 @@ def test_a_tighter_tolerance_changes_a_dynamic_law_by_less_than_the_tolerance_al
 def test_static_laws_have_an_exact_body_and_laws_with_a_band_do_not() -> None:
     for name in ("coulomb", "svc", "stribeck", "coulomb_tanh", "coulomb_atan"):
         body_of(LAWS[name], LAWS[name].pack(TABLE_3_1[name]), MASS).as_array()
-    with pytest.raises(ValueError, match="found law karnopp; allowed: a static law"):
+    with pytest.raises(ValueError, match="found law karnopp; allowed: static laws that stick"):
         body_of(LAWS["karnopp"], LAWS["karnopp"].pack(TABLE_3_1["karnopp"]), MASS)
 
 

@@ -101,7 +101,9 @@ def test_a_promise_of_another_bench_is_refused(belt: tuple[Bench, Log, Promise])
         servo=default_servo(bench),
         drive_noise=0.02,
     )
-    with pytest.raises(InputFileError, match=r"belongs to the bench belt \(linear\); allowed: arm"):
+    with pytest.raises(
+        InputFileError, match=r"belongs to the bench belt \(linear\); allowed: a promise of arm"
+    ):
         compare_with_promise(identify([log], bench), other, promise)
 
 

@@ -73,7 +73,7 @@ def test_ramps_are_played_by_their_rules(tmp_path: Path) -> None:
         *("simulate", "--as-bench", tmp_path / "truth.yaml", tmp_path / "ramps.csv"),
         *("-o", tmp_path / "no.mcap"),
     )
-    refused(result, 3, "ramps.csv", "A test with ramps must be an MCAP")
+    refused(result, 3, "ramps.csv", "write a test with ramps as MCAP")
 
 
 def test_wrong_command_lines(tmp_path: Path) -> None:

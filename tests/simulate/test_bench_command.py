@@ -88,7 +88,7 @@ def test_ramps_give_the_breakaway_that_the_model_has(tests: Path, tmp_path: Path
         (
             "steps",
             [*GAINS, "--scenario", str(CLUTCH / "scenarios" / "steps.yaml")],
-            "without --controller, --scenario",
+            "does not work with --controller, --scenario",
         ),
     ],
 )

@@ -209,7 +209,7 @@ def test_names_of_signals_are_those_that_ros_takes() -> None:
         (
             {},
             {"disturbances": (Disturbance("step", Quantity(value=1.0, unit="N m"), 0.0),)},
-            "effort.unit: unit 'N m' does not measure",
+            "effort.unit: unit 'N m' is not a unit of effort for a linear axis",
         ),
         (
             {},

@@ -83,7 +83,7 @@ def test_workers_that_are_not_alike_are_refused_by_name(
     monkeypatch.setattr(
         dask_cluster, "_check", lambda client, address: None
     )  # one that joins later is found out by its task
-    with pytest.raises(ClusterError, match=r"differs: frictool .*, here 9\.9"):
+    with pytest.raises(ClusterError, match=r"differs from this machine: frictool .*, here 9\.9"):
         list(share(negative, range(3), cluster=loopback.address))
 
 
