@@ -229,7 +229,7 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
     `seconds`: duration of the scenario [s]. `period`: sample period [s]. `owner`: name of the
     document in messages.
     """
-    pace = fastest_link(assembled)
+    pace = fastest_link(assembled, explicit=True)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
         allowed = (
             f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of "

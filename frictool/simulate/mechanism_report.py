@@ -8,14 +8,17 @@ The log's metadata record `energy/TOPIC` has the energies [J], `events/TOPIC` th
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np
 
+from frictool.documents.quantity import si_unit
 from frictool.engine.mechanism.energy import balance
 from frictool.engine.mechanism.events import NAMES, STRIKES
-from frictool.engine.mechanism.state import work_by_element
+from frictool.engine.mechanism.state import SWINGS, work_by_element
+from frictool.plant.mechanism.fastest_link import rates_of
 from frictool.simulate.mechanism_runs import ROOM_FOR_EVENTS, MechanismOutcome, element_of
 
 ENERGY, EVENTS = "energy", "events"
@@ -71,11 +74,38 @@ def events_of(moved: MechanismOutcome) -> dict[str, int]:
     return dict(sorted(counts.items())) | ({"not kept": more} if more > 0 else {})
 
 
+def left_out(moved: MechanismOutcome) -> Iterator[tuple[int, float, float]]:
+    """Yield index, deflection [rad | m] and its rate [rad/s | m/s] of each oscillation left out.
+
+    The engine damps a fast link critically. Let V be the sum of all changes of the link's spring
+    effort, k its stiffness and m its reduced mass. With the link's own damping, the deflection
+    would differ by at most V/k, and its rate by at most V/sqrt(k m), as long as the oscillation
+    causes no event.
+    """
+    packed = moved.variant.assembled.packed
+    rates = rates_of(moved.variant.assembled)
+    for link in np.flatnonzero(rates.raised).tolist():
+        changes = float(moved.state.pace[SWINGS + link])
+        stiffness = float(packed.couplings.stiffness[link])
+        yield (
+            link,
+            changes / stiffness,
+            changes * math.sqrt(float(rates.mobility[link]) / stiffness),
+        )
+
+
 def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
-    """Yield the warnings of the assembly, and a warning for each end stop that a block hits."""
+    """Yield the warnings of the assembly, of oscillations left out, and of end stops hit."""
     made = moved.variant.assembled
     if not moved.variant.name:
         yield from made.notes
+    for link, deflection, speed in left_out(moved):
+        unit = si_unit("position", made.kinds[int(made.packed.couplings.b[link])])
+        warning = (
+            f"{made.couplings[link]} is damped critically; if it causes no event, the "
+            f"oscillation left out is at most {deflection:.2g} {unit}, {speed:.2g} {unit}/s"
+        )
+        yield f"{moved.variant.topic}: {warning}"
     strikes = moved.out.events[moved.out.events[:, 1] == STRIKES]
     for index in np.unique(strikes[:, 2]).astype(int).tolist():
         block = int(made.packed.stops.block[index])

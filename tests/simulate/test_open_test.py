@@ -239,17 +239,36 @@ def test_what_does_not_fit_is_refused(
 
 
 def test_a_link_that_would_take_steps_without_end_is_refused() -> None:
-    held = (
-        "  spring: {kind: spring, between: [sled, ground], stiffness: {value: 1.0e15, unit: N/m}}\n"
-    )
-    text = (
-        FREE_MASS.replace("links:\n", "links:\n" + held)
-        if "links:" in FREE_MASS
-        else FREE_MASS + "links:\n" + held
-    )
+    """A flank keeps its damping, because its rebound depends on it."""
+    soft = "compliance: {stiffness: {value: 1.0e15, unit: N/m}, damping: {value: 0, unit: N s/m}}"
+    ends = "low: {value: -1, unit: m}, high: {value: 1, unit: m}"
+    text = with_link(f"  ends: {{kind: stop, on: sled, {ends}, {soft}}}\n")
     with pytest.raises(
         InputFileError,
-        match=r"mechanism.yaml: links.spring: too stiff.*2.24e\+07 rad/s; allowed: at most "
+        match=r"mechanism.yaml: links.ends: too stiff.*2.24e\+07 rad/s; allowed: at most "
         r"1e\+07 rad/s",
     ):
         played(text, {"push": (signal("step", 1.0),)})
+
+
+def with_link(link: str) -> str:
+    if "links:" in FREE_MASS:
+        return FREE_MASS.replace("links:\n", "links:\n" + link)
+    return FREE_MASS + "links:\n" + link
+
+
+def test_the_oscillation_of_a_stiff_link_is_damped_and_bounded() -> None:
+    """A step F on a mass m at a spring k deflects it by F/k; the oscillation about this has the
+    amplitude F/k and the speed F/sqrt(k m)."""
+    force, stiffness = 3.0, 1e13
+    text = with_link(
+        "  spring: {kind: spring, between: [sled, ground], stiffness: {value: 1.0e13, unit: N/m}}\n"
+    )
+    log = played(text, {"push": (signal("step", force),)})
+    np.testing.assert_allclose(
+        log.streams[1].signals["sled_position"][1:], force / stiffness, rtol=1e-6
+    )
+    speed = force / math.sqrt(stiffness * MASS)
+    warnings = [line for line in log.warnings if "spring" in line]
+    assert warnings[0].startswith("spring: 2.24e+06 rad/s is above 200000 rad/s")
+    assert f"at most {force / stiffness:.2g} m, {speed:.2g} m/s" in warnings[1]

@@ -6,6 +6,7 @@ the element; an assumption about an omitted value is a note.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -23,6 +24,7 @@ from frictool.adapters.mechanism.travel_notes import room_notes
 from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring, Stop
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
+from frictool.plant.mechanism.fastest_link import LARGEST_RATE, rates_of
 from frictool.plant.mechanism.link_graph import (
     RigidGroup,
     Transmission,
@@ -89,7 +91,7 @@ def assemble(document: Mechanism) -> AssembledMechanism:
         sources=sources,
         curves=collected.curves.packed(),
     )
-    return AssembledMechanism(
+    assembled = AssembledMechanism(
         blocks.names,
         blocks.kinds,
         start,
@@ -107,6 +109,17 @@ def assemble(document: Mechanism) -> AssembledMechanism:
         tuple(collected.notes),
         packed,
     )
+    return replace(assembled, notes=(*assembled.notes, *_stiff_notes(assembled)))
+
+
+def _stiff_notes(assembled: AssembledMechanism) -> list[str]:
+    rates = rates_of(assembled)
+    return [
+        f"{name}: {rates.rate[link]:.3g} rad/s is above {LARGEST_RATE:g} rad/s, therefore a "
+        "simulation damps its oscillation critically"
+        for link, name in enumerate(assembled.couplings)
+        if rates.raised[link]
+    ]
 
 
 def _gathered(

@@ -25,6 +25,7 @@ from frictool.typing import IntVector, Vector
 # indices of the numbers of elements
 BLOCKS, JOINTS, COUPLINGS, FRICTIONS, PRESSINGS, PUSHES, STOPS, SOURCES, INNER = range(9)
 TIMED = 38  # index of the number of frictions whose law has a fixed step
+STIFF = 39  # index of the number of couplings that require implicit steps
 # sections of integers
 (
     JOINT_ENDS,
@@ -69,7 +70,7 @@ CONSTANT, LIMIT, LAG, RESISTANCE, SUPPLY, SOURCE_WIDTH = range(6)
 
 
 # columns of the last row of `laws`, the addresses of the engine's kernels
-ADVANCE, FIELD, STEP_STAGES, SETTLE = range(4)
+ADVANCE, FIELD, STEP_STAGES, SETTLE, STIFF_STEP = range(5)
 
 
 class CompiledMechanism(NamedTuple):

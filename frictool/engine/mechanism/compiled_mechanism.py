@@ -23,6 +23,7 @@ from frictool.engine.mechanism.law_kernels import (
     straight_of,
 )
 from frictool.friction.law_registry import ROWS
+from frictool.plant.mechanism.fastest_link import LinkRates, link_rates
 from frictool.plant.mechanism.packed_mechanism import PackedMechanism
 from frictool.typing import IntVector, Vector
 
@@ -170,6 +171,11 @@ def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Ve
     return group, ratio, mass
 
 
+def _rates(packed: PackedMechanism, group: IntVector, ratio: Vector, mass: Vector) -> LinkRates:
+    with np.errstate(divide="ignore"):
+        return link_rates(packed.couplings, ratio**2 / mass[group])
+
+
 def _spans(forest: JointForest) -> IntVector:
     span = np.ones(len(forest.order), dtype=np.int64)
     for block in reversed(forest.order):
@@ -186,6 +192,8 @@ def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
 def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
     """Return a mechanism as two arrays of sections and the addresses of its friction laws.
 
+    The damping of fast links is raised to critical damping (plant/mechanism/fastest_link.py).
+
     Raises ValueError if the joints have no solution, or a friction law is not in the registry.
     """
     f, c, j = packed.frictions, packed.couplings, packed.joints
@@ -196,6 +204,7 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
     forest = forest_of(packed)
     out = _SectionWriter()
     group, ratio, mass = _groups(packed, forest)
+    rates = _rates(packed, group, ratio, mass)
     sizes = (
         packed.inertia,
         j.a,
@@ -209,6 +218,7 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
     out.header[: len(sizes)] = [array.size for array in sizes]
     out.header[ly.INNER] = ends[-1]
     out.header[ly.TIMED] = sum(kind >= HYBRID for kind in kinds)
+    out.header[ly.STIFF] = np.count_nonzero(rates.stiff)
     out.put_whole(ly.JOINT_ENDS, j.a, j.b)
     out.put_whole(ly.COUPLING_ENDS, c.a, c.b, c.curve)
     straight = [straight_of(ROWS[row], p) for row, p in zip(f.law.tolist(), values, strict=True)]
@@ -264,7 +274,7 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
         c.drive_loss,
         c.back_loss,
         c.stiffness,
-        c.damping,
+        rates.damping,
     )
     out.put(ly.LAW_VALUES, f.law_values)
     out.put(ly.PRESSING, packed.pressings.coefficient, packed.pressings.breakaway_ratio)

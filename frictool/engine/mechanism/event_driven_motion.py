@@ -6,7 +6,8 @@
                      EventRows(rows, count))
 
 Between events all modes are constant and the rates smooth. The motion is integrated by the
-Dormand-Prince method 8(5,3) with error control. A guard (mode_guards.py) measures how far a mode is
+Dormand-Prince method 8(5,3) with error control, or by implicit steps if a link is stiff
+(stiff_step.py). A guard (mode_guards.py) measures how far a mode is
 from its end. If a guard falls to its limit within a step, the step ends at this instant, which is
 located to rounding on the step's dense output. Then the modes are determined again. If nothing
 moves and all drives are steady, the remaining duration is skipped.
@@ -31,6 +32,7 @@ from frictool.engine.mechanism.integration_step import try_step
 from frictool.engine.mechanism.mode_guards import first_dip, is_any_broken
 from frictool.engine.mechanism.sources import is_steady, let_flow, longest_step, take_inputs
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation
+from frictool.engine.mechanism.stiff_step import add_effort_changes
 from frictool.engine.mechanism.weighted_sums import gained
 from frictool.engine.status_codes import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
 from frictool.runtime.kernels import bare_kernel, kernel, part_kernel
@@ -57,12 +59,11 @@ def _is_settled(k: IntVector, state: MechanismState) -> bool:
 
 
 @bare_kernel
-def _change(error: float) -> float:
+def _change(k: IntVector, error: float) -> float:
     if error == 0.0:
         return GROWTH
-    return (
-        min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.125)) if math.isfinite(error) else SHRINKAGE
-    )
+    power = -0.25 if k[ly.STIFF] > 0 else -0.125
+    return min(GROWTH, max(SHRINKAGE, SAFETY * error**power)) if math.isfinite(error) else SHRINKAGE
 
 
 @bare_kernel
@@ -109,7 +110,7 @@ def _through(
             if h <= SHORTEST * max(t, 1.0):
                 status = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
                 break
-            h = h * _change(error)
+            h = h * _change(k, error)
             looked = False
             continue
         sooner = first_reversal(k, p, h, y, workspace.lines[st.END]) if k[ly.INNER] > 0 else h
@@ -130,17 +131,19 @@ def _through(
             looked = True
             continue
         taken = h
-        longer = h * _change(error)
+        longer = h * _change(k, error)
         failed = False
         if broken:
             taken, failed = locate(machine, state, t, h)
-        else:
+        elif k[ly.STIFF] == 0:
             gained(h, workspace.powers, workspace.lines[st.SPENT])
         if failed:
             status = NOT_FINITE
             break
         last = taken == duration - t and not broken
         t = duration if last else t + taken
+        if k[ly.STIFF] > 0:
+            add_effort_changes(k, p, state)
         status = take_step(machine, state, t)
         if not broken:
             pace[0] = max(pace[0], longer) if looked or last else longer

@@ -19,12 +19,10 @@ from frictool.engine.mechanism.articulated_body import field, field_within
 from frictool.engine.mechanism.dormand_prince8 import AFTER, NODES, SLOPES, STAGES
 from frictool.engine.mechanism.mode_guards import BROKEN, is_forced
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation, Workspace
+from frictool.engine.mechanism.stiff_step import PLACE_TIME, SLOW, stiff_step
 from frictool.engine.mechanism.weighted_sums import on_path, path_of, stage_point, step_errors
 from frictool.runtime.kernels import bare_kernel, kernel, part_kernel
 from frictool.typing import IntVector, Vector
-
-SLOW = 0.1  # smallest speed to which the tolerance is relative, in units of the speed scale
-PLACE_TIME = 1e-2  # s, tolerance of a position divided by the tolerance of a speed
 
 
 @bare_kernel
@@ -172,6 +170,8 @@ def try_step(
     end = workspace.lines[st.END]
     out = at_end(workspace)
     watching = _watch(k, modes, workspace.lines[st.GUARD], workspace.integers[st.WATCHED])
+    if k[ly.STIFF] > 0:
+        return stiff_step(machine, state, t, h, tolerance, watching)
     seen = stages(machine, state, t, h, 1, STAGES, watching)
     stage_point(AFTER, h, y, workspace.slopes, end)
     failed = field(machine, t + h, end, modes, workspace.lines[st.INPUTS], out)
@@ -185,6 +185,8 @@ def try_step(
 def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float) -> bool:
     """Compute the dense output of state and work for a tried step; return False if a law fails."""
     workspace = state.workspace
+    if machine.whole[ly.STIFF] > 0:  # `stiff_step` has filled the path
+        return True
     seen = stages(machine, state, t, h, AFTER + 1, SLOPES, 0)
     path_of(h, workspace.slopes, workspace.slopes[st.PATH :])
     path_of(h, workspace.powers, workspace.powers[st.PATH :])

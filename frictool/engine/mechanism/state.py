@@ -71,6 +71,7 @@ SPENT = 11  # (work,): J, in a step
 SPEEDS = 12  # (n,): speeds before an event
 ERRORS, THIRD = 13, 14  # (y,): errors of a step
 LINES = 15
+SWINGS = 4  # index in `pace` of the first coupling
 # rows of Workspace.integers
 # (modes,) before an event; blocks as indices in ORDER; indices of the guards that stages check
 BEFORE, FOUND, WATCHED = 0, 1, 2
@@ -103,8 +104,10 @@ class RateEvaluation(NamedTuple):
 class MechanismState(NamedTuple):
     """State of a mechanism; all arrays are changed in place.
 
-    The module docstring describes y, drive, modes and work. pace (4,) [s]: next step length, time
-    since the start of the run, time since the last command, step of the fixed-step laws.
+    The module docstring describes y, drive, modes and work. pace (4 + couplings,): next step
+    length [s], time since the start of the run [s], time since the last command [s], step of the
+    fixed-step laws [s], and the sum of all changes of each coupling's spring effort [N | N m],
+    which is computed with implicit steps only.
     """
 
     y: Vector
@@ -202,7 +205,7 @@ def rest(
         np.zeros(c["sources"]),
         modes,
         np.zeros(size),
-        np.array([0.0, 0.0, 0.0, law_step]),
+        np.array([0.0, 0.0, 0.0, law_step] + c["couplings"] * [0.0]),
         _workspace(c, y.size, modes.size, size),
     )
 
