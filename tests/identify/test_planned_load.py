@@ -66,7 +66,7 @@ def test_a_load_that_takes_all_is_refused() -> None:
     ):
         excite("sine", loaded(clutch(), "spring", most=0.41), ExcitationSettings())
     with pytest.raises(
-        NoSolutionError, match=r"drive: the test needs .* allowed \(actuator.limit\): 50"
+        NoSolutionError, match=r"drive: the test needs .* allowed: at most 50 \(actuator.limit\)"
     ):
         excite(
             "sine",

@@ -105,7 +105,12 @@ def comparison_segments(side: Sequence[MotionRecord]) -> list[RecordSegment]:
 
 
 def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) -> Vector:
-    """Return the mean square of the simulation's residual in each stroke, (s,)."""
+    """Return the mean square of the simulation's residual in each stroke, (s,).
+
+    Raises UnusableLogs if the records are too short for a segment.
+    """
+    if not simulated.segments:
+        raise UnusableLogs("the records are too short to compare simulated strokes")
     out = []
     for segment, strokes in zip(
         simulated.segments, of_each_record(simulated.segments, find_strokes), strict=True

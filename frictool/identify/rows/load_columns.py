@@ -74,6 +74,8 @@ def load_columns(motion: SmoothedMotion, bench: Bench) -> dict[str, Vector]:
 
 
 def _smoothed(values: Vector, window: int, period: float) -> Vector:
+    if values.size < window:
+        return np.full(values.size, np.nan)
     return np.convolve(values, bump(window, period), mode="same")
 
 
