@@ -153,7 +153,11 @@ class SampleStream:
             self.hottest = max(self.hottest, float(temperature.max()))
 
     def _parts(self, samples: SampleBlock, before: int | None) -> Iterator[tuple[int, int, bool]]:
-        """Yield (start, end, follows) of each gap-free part of a block."""
+        """Yield (start, end, follows) of each gap-free part of a block of samples.
+
+        `before`: time stamp [ns] of the last sample of the block before, None if there is none.
+        `follows` is True if the part continues that block without a gap.
+        """
         steps = np.diff(samples.time, prepend=samples.time[0] if before is None else before) / NS
         broken = np.abs(steps - self.period) > JITTER * self.period
         broken[0] = before is not None and broken[0]

@@ -113,7 +113,7 @@ def to_control(system: Lti | Model | Controller) -> Any:
     Returns
     -------
     control.StateSpace
-        The system; inputs and outputs of a document are named.
+        The system. If it comes from a Model or a Controller, inputs and outputs have names.
 
     Raises
     ------

@@ -56,7 +56,7 @@ class Ramp(NamedTuple):
     - rate, top: slope and largest value of the drive signal, A/s | V/s and A | V
     - low, high: positions at which the direction changes, rad | m
     - advance_on: distance after which the next segment begins, rad | m
-    - open_loop: True if the drive signal reaches the top of every ramp
+    - open_loop: True to raise the drive signal to the top of every ramp, even if the axis moves
     - pause: duration of the pause before each ramp, s
     """
 
@@ -124,7 +124,7 @@ def breakaway_ramps(
     - top: largest drive signal, A | V; None for the default
     - rate: slope of the drive signal, A/s | V/s; None for the default
     - repetitions: number of rounds, each with ramps forward and backward over the travel
-    - open_loop: True if the drive signal reaches the top of every ramp
+    - open_loop: True to raise the drive signal to the top of every ramp, even if the axis moves
     - segments: number of ramps over the travel in each direction
 
     Raises NoSolutionError if a limit is exceeded; the message names the limit.

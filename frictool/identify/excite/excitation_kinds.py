@@ -43,7 +43,7 @@ class ExcitationSettings:
     - repetitions, speeds, harmonics: number of repetitions, number of speeds, and number of
       harmonics
     - seed: seed of the random reversal positions
-    - open_loop: True if every ramp is played to its top
+    - open_loop: True to play every ramp to its top, even if the axis moves
     """
 
     amplitude: float | None = None
