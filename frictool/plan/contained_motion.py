@@ -62,16 +62,16 @@ class ContainedDesign:
             self.usable = _shortened(self.usable, beyond)
         unit = si_unit("position", self.bench.axis)
         raise NoSolutionError(
-            f"travel: with an inertia and friction of `mechanics`, the axis comes {beyond:.3g} "
-            f"{unit} too close to an end of the travel; narrow `mechanics`, use a finer encoder or "
-            "more travel"
+            f"travel: within the ranges of `mechanics`, an axis comes {beyond:.3g} {unit} too "
+            "close to an end of the travel; narrow `mechanics`, use a finer encoder or more travel"
         )
 
 
 def overrun(sequence: ExcitationSequence, bench: Bench) -> float:
-    """Return by how much an axis of the bench exceeds the travel minus its margin, rad | m.
+    """Return the largest excursion of an axis beyond the allowed positions, rad | m.
 
-    The result is 0 if no axis does, or if the bench declares no travel.
+    The allowed positions end half of the reference's margin before each end of the travel. The
+    result is 0 if no axis leaves them, or if the bench declares no travel.
     """
     travel = bench.mechanics.travel
     if travel is None:
@@ -93,22 +93,24 @@ def overrun(sequence: ExcitationSequence, bench: Bench) -> float:
 def _extreme_axes(bench: Bench) -> Iterator[dict[str, float]]:
     """Yield the parameters of the axes at the ends of inertia, Coulomb friction and offset.
 
-    Viscous friction has its lower end. The drive's constant has the value of the bench; as the
-    motion depends on the ratios of the parameters to the constant, they are divided by the relative
-    ends of its interval.
+    Viscous friction has its lower end. The drive's constant has the value of the bench. As the
+    motion depends on the ratios of the parameters to the constant, each end of a parameter is
+    divided by a relative end of the constant's interval, which widens the parameter's interval.
     """
     known, constant = bench.mechanics, bench.actuator.constant
-    weak, strong = (constant.value / end for end in constant.interval)
+    scales = [constant.value / end for end in constant.interval]
 
-    def ends(name: str) -> tuple[float, float]:
-        low, high = getattr(known, name).interval
-        return low * strong, high * weak
+    def ends(interval: tuple[float, float]) -> tuple[float, float]:
+        low, high = interval
+        return min(low * scale for scale in scales), max(high * scale for scale in scales)
 
-    offsets = set(known.offset.interval) if known.offset is not None else {0.0}
-    for inertia, coulomb, offset in product(ends("inertia"), ends("coulomb"), offsets):
+    offsets = set(ends(known.offset.interval)) if known.offset is not None else {0.0}
+    for inertia, coulomb, offset in product(
+        ends(known.inertia.interval), ends(known.coulomb.interval), offsets
+    ):
         yield {
             "inertia": inertia,
-            "viscous": ends("viscous")[0],
+            "viscous": ends(known.viscous.interval)[0],
             "coulomb": coulomb,
             "offset": offset,
             "breakaway": BREAKAWAY_RATIO * coulomb,
@@ -116,7 +118,7 @@ def _extreme_axes(bench: Bench) -> Iterator[dict[str, float]]:
 
 
 def _shortened(bench: Bench, length: float) -> Bench:
-    """Return the bench with a travel in which the reference ends earlier by `length` [rad | m]."""
+    """Return the bench whose reference stays `length` [rad | m] farther from both ends."""
     travel = bench.mechanics.travel
     assert travel is not None
     cut = length / (1.0 - 2.0 * MARGIN)

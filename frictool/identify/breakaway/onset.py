@@ -49,7 +49,8 @@ STEPS = 48  # steps of the travel table; step k ends at (k/STEPS)^2 of its durat
 ROUNDS = 3  # iterations between the onset and its excess
 COARSE = 16  # intervals of the grid in which the search starts
 MOST_STEPS = 40  # largest number of steps of Brent's method around the best grid point
-next_place, take = kernel(brent_minimum.next_place), kernel(brent_minimum.take)
+next_argument = kernel(brent_minimum.next_argument)
+update_search = kernel(brent_minimum.update_search)
 RESOLVED = 1e-8  # error of the onset time at the end of the search, relative to the search span
 
 
@@ -256,13 +257,13 @@ def least_misfit(
         state[k], state[k + 1] = best, least
     state[8], state[9] = 0.0, 0.0
     for _ in range(MOST_STEPS):
-        t0 = next_place(state, RESOLVED * span)
+        t0 = next_argument(state, RESOLVED * span)
         if math.isnan(t0):
             break
         value = misfit(
             t0, time, seen, ramp, axis, resolution, expected, timing, duration, excesses, tables
         )[0]
-        take(state, t0, value)
+        update_search(state, t0, value)
     found: float = state[brent_minimum.BEST]
     return found
 

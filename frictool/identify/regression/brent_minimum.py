@@ -35,7 +35,7 @@ def bounded_minimum(
     high
         End of the searched interval.
     tolerance
-        Allowed error of the result, in the unit of the argument.
+        Allowed error of the result, in the unit of the argument; 3e-8 times the argument is added.
 
     Returns
     -------
@@ -45,17 +45,18 @@ def bounded_minimum(
     start = low + SMALL_PART * (high - low)
     state = [low, high, *3 * [start, value(start)], 0.0, 0.0]
     for _ in range(MOST_STEPS):
-        place = next_place(state, ROUNDING * abs(state[BEST]) + tolerance / 3.0)
-        if math.isnan(place):
+        argument = next_argument(state, ROUNDING * abs(state[BEST]) + tolerance / 3.0)
+        if math.isnan(argument):
             break
-        take(state, place, value(place))
+        update_search(state, argument, value(argument))
     return state[BEST]
 
 
-def next_place(state: list[float] | Vector, resolved: float) -> float:
-    """Return the next argument, and record the step; NaN if the minimum is known to +-`resolved`.
+def next_argument(state: list[float] | Vector, resolved: float) -> float:
+    """Return the next argument, and record the step.
 
-    The returned argument is at least `resolved` away from the best argument.
+    The next argument is at least `resolved` away from the best one. The result is NaN if both ends
+    of the interval are within 2 `resolved` of the best argument.
     """
     low, high, best = state[LOW], state[HIGH], state[BEST]
     middle = 0.5 * (low + high)
@@ -84,24 +85,24 @@ def next_place(state: list[float] | Vector, resolved: float) -> float:
     return float(best + math.copysign(max(abs(step), resolved), step))
 
 
-def take(state: list[float] | Vector, place: float, value: float) -> None:
-    """Narrow the interval by the value of the function at `place`."""
+def update_search(state: list[float] | Vector, argument: float, value: float) -> None:
+    """Narrow the interval by the value of the function at `argument`."""
     best = state[BEST]
     if value <= state[LEAST]:
-        state[LOW if place >= best else HIGH] = best
+        state[LOW if argument >= best else HIGH] = best
         state[THIRD] = state[SECOND]
         state[AT_THIRD] = state[AT_SECOND]
         state[SECOND] = best
         state[AT_SECOND] = state[LEAST]
-        state[BEST] = place
+        state[BEST] = argument
         state[LEAST] = value
         return
-    state[LOW if place < best else HIGH] = place
+    state[LOW if argument < best else HIGH] = argument
     if value <= state[AT_SECOND] or state[SECOND] == best:
         state[THIRD] = state[SECOND]
         state[AT_THIRD] = state[AT_SECOND]
-        state[SECOND] = place
+        state[SECOND] = argument
         state[AT_SECOND] = value
     elif value <= state[AT_THIRD] or state[THIRD] in (best, state[SECOND]):
-        state[THIRD] = place
+        state[THIRD] = argument
         state[AT_THIRD] = value

@@ -19,7 +19,7 @@ DAMPING_STEP = 10.0  # factor of the damping after a refused step, divisor after
 
 
 class LeastSquares(NamedTuple):
-    """Unknowns (n,) and residuals (m,) at the end of a search, and the number of evaluations."""
+    """Unknowns (n,) with the smallest sum, their residuals (m,), and their evaluation's number."""
 
     unknowns: Vector
     residual: Vector
@@ -45,7 +45,8 @@ def levenberg_marquardt(
     start
         First unknowns, (n,).
     tolerance
-        The search ends when a step reduces the sum of squares by less than this fraction.
+        The search ends when a step reduces the sum of squares by less than this fraction, or when
+        no step reduces it.
     most_evaluations
         Largest number of evaluations of `residual`.
 
