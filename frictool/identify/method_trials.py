@@ -1,8 +1,13 @@
 """Trial of the identification methods on a log: the reason why `identify` would refuse it.
 
-The trial identifies the log by each method with the bench, as `identify` does. Most methods weight
-the samples of least squares in another way, or search further (`auto`, `output-error`). They are
-tried only if least squares refuse the log.
+The trial identifies the log with the bench, as `identify` does. Least squares are tried first.
+
+- If least squares accept the log, the methods in ALIKE are not tried. They weight the samples of
+  least squares in another way, or search further (`auto`, `output-error`). They are reported as
+  accepting the log, unless they do not support the log or the bench.
+- If least squares refuse the log for one common reason, this reason is reported for every method.
+  The reason is common if it concerns the whole log, or is the same for all parameters.
+- All other methods are tried.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Tests of strokes that keep every axis of a bench within the travel.
 
-A test of strokes is a reference of the position loop. An axis does not follow it exactly: with an
-inertia or a friction that differs from the bench's value, it overshoots the reversals, most of all
-with a coarse encoder or a long delay, which make the loop slow. The test is simulated on the axes
-at the ends of the a-priori intervals. If one of them comes closer to an end of the travel than half
-of the margin of the reference, the test is designed again for a shorter travel.
+A test of strokes is a reference of the position loop. An axis does not follow it exactly. If its
+inertia or friction differs from the bench's value, it overshoots the reversals. A coarse encoder or
+a long delay makes the loop slow, and the overshoot larger. The test is simulated on the axes at the
+ends of the a-priori intervals. If one of them comes closer to an end of the travel than half of the
+margin of the reference, the test is designed again for a shorter travel.
 """
 
 from __future__ import annotations

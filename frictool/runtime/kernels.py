@@ -206,7 +206,8 @@ def summing_kernel(function: F) -> F:
     """Compile a function as `part_kernel` does, but add the terms of sums in any order.
 
     Sums of long arrays are several times as fast. Their last digits depend on the processor, so
-    that the caller must allow for rounding errors.
+    that the caller must allow for rounding errors. The last digits of the bounds that `prove`
+    computes over a parameter box may therefore differ between computers.
     """
     return cast(F, _declared(function, {**PART, "fastmath": {"reassoc"}}))
 

@@ -1,12 +1,14 @@
 """Implicit integration step for a mechanism with a stiff link, by a Rosenbrock method of order 4.
 
-The method is RODAS of engine/rosenbrock.py, with a dense Jacobian by differences:
+The method is RODAS of engine/rosenbrock.py, with a dense Jacobian J:
 
     W k_i = f(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij k_j/h + h d_i f_t
     W = I/(gamma h) - J
 
-The work of the elements is integrated with the same stages. The method is L-stable: after the
-deflection of a stiff, damped link has settled, only the motion limits the step length.
+J is computed by differences, without the springs and dampers of the links. Their derivatives are
+then added analytically, because differences of their large forces would be inaccurate. The work of
+the elements is integrated with the same stages. The method is L-stable: after the deflection of a
+stiff, damped link has settled, only the motion limits the step length.
 """
 
 from __future__ import annotations
@@ -58,7 +60,11 @@ def _nudge(k: IntVector, p: Vector, y: Vector, modes: IntVector, j: int) -> floa
 
 @bare_kernel
 def _set_springs(k: IntVector, p: Vector, springs: Vector, restore: bool) -> None:
-    """Save stiffness and damping of all couplings to `springs` (c, 2) and make them negligible."""
+    """Make stiffness and damping of all couplings negligible, or restore them.
+
+    `springs` (c, 2) contains the values between the two calls: it is written if `restore` is False,
+    and read if it is True.
+    """
     for c in range(k[ly.COUPLINGS]):
         at = ly.coupling_row(k, c) + ly.STIFFNESS
         if restore:
@@ -308,8 +314,9 @@ def rosenbrock_step(
     """Try an implicit step, with the arguments and results of `integration_step.try_step`.
 
     Returns error/tolerance, inf if a law or the mechanism fails. The row SPENT contains the work of
-    the step, the rows from PATH on the dense output, THIRD[0] the fraction of the step at which one
-    of the first `watching` guards of the row WATCHED is first passed, else 1.
+    the step. If the step is accepted, the rows from PATH on contain the dense output, and THIRD[0]
+    the first of the fractions 1/4, 1/2 and 3/4 of the step at which one of the first `watching`
+    guards of the row WATCHED is broken. THIRD[0] is 1 if none is, or if the step is rejected.
     """
     k, p = machine.whole, machine.numbers
     y, modes, workspace = state.y, state.modes, state.workspace
@@ -422,7 +429,7 @@ def stiff_step(
     tolerance: float,
     watching: int,
 ) -> tuple[float, float]:
-    """Try an implicit step; return (error/tolerance, fraction at which a guard is passed)."""
+    """Try an implicit step; return (error/tolerance, THIRD[0] of `rosenbrock_step`)."""
     address = machine.laws[machine.laws.shape[0] - 1, ly.STIFF_STEP]
     error: float = _rosenbrock_step(address, machine, state, t, h, tolerance, watching)
     return error, state.workspace.lines[st.THIRD][0]
@@ -430,10 +437,10 @@ def stiff_step(
 
 @bare_kernel
 def add_effort_changes(k: IntVector, p: Vector, state: MechanismState) -> None:
-    """Add the changes of each coupling's spring effort in a step to `state.pace`.
+    """Add the absolute change of each coupling's spring effort in a step to `state.pace`.
 
-    The row END contains the state at the end of the step. Rounding errors of the stretch increase
-    the sum.
+    It is the difference between the efforts at start and end of the step; the row END contains the
+    state at the end. Rounding errors of the stretch increase the sum.
     """
     y, end = state.y, state.workspace.lines[st.END]
     for c in range(k[ly.COUPLINGS]):

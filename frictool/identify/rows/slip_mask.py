@@ -4,15 +4,20 @@ The mask follows thesis (4.18), with a threshold derived from the encoder and th
 is used if all samples in its smoothing window
 
 - are in one stroke without gaps;
-- are farther from the beginning of the stroke than the backlash;
+- have the backlash closed: if the bench has a backlash, they are farther from the beginning of the
+  stroke than the backlash plus two encoder steps;
 - move in the direction of the stroke at more than NOISE_COUNTS encoder counts per window, and at
   more than 2 % of the record's top speed.
 
-Two velocities have to meet the last condition. One is smoothed over the window. Half a window
-before a motion and after it, this velocity is not 0, although the axis rests. At rest, the effort
-takes any value up to the breakaway, so that a few samples of rest would shift the parameters. The
-other velocity is therefore a mean over the shortest motion that the encoder certainly shows. Where
-it falls below a tenth of the largest speeds before and after in the same stroke, the axis may rest.
+Two velocities must meet the last condition:
+
+- The first is smoothed over the window. Up to half a window before and after a motion, it is not 0,
+  although the axis rests. At rest, the effort takes any value up to the breakaway. A few samples of
+  rest would therefore shift the parameters.
+- The second is the mean over the shortest motion that the encoder certainly shows
+  (`mean_velocity`). It is 0 where the axis may rest at the end of a stroke. It is also set to 0
+  where it is below a tenth of an earlier speed and of a later speed in the same stroke
+  (`remove_rests`), because the axis may rest there.
 """
 
 from __future__ import annotations
@@ -33,7 +38,9 @@ NOISE_COUNTS = 2.0  # least motion in a window, in counts; with less, the axis m
 SPEED_SHARE = 0.02
 # speed between two faster parts of a stroke, relative to them, below which the axis may rest
 REST_SHARE = 0.1
-TURN = 4.0  # counts that the speed before the last count covers while the axis turns in this count
+# An axis that turns without a rest is in the last count of a stroke for at most TURN times the time
+# that it needs for one count at the speed before.
+TURN = 4.0
 
 
 @kernel
@@ -104,11 +111,14 @@ def mean_velocity(
 ) -> None:
     """Fill `out` (n,) with mean velocities, each over the time of a motion by `distance`.
 
-    Such a motion begins where the previous one ends, and at the beginning of a stroke. `number` is
-    the number of the stroke of each sample, (n,). The last motion of a stroke may be shorter. It
-    ends when the last position is first reached. The velocity is then 0, unless the axis may turn
-    without a rest. With a constant deceleration, it is in its last count for at most 4 c/v, where c
-    is the count and v the speed before this count.
+    `number` (n,) is the number of the stroke of each sample. The first motion begins with the
+    stroke. Each further motion begins where the previous one ends. The last motion of a stroke may
+    be shorter than `distance`: it ends where the last position of the stroke is first reached.
+
+    At the samples after this end, the axis rests or turns. An axis that turns with a constant
+    deceleration, without a rest, stays in its last count for at most TURN c/v. Here c is the count,
+    and v the speed before this count. If the samples last longer, their velocity is 0. Otherwise,
+    it is the velocity of the last motion.
     """
     turn = TURN / COUNTS * distance
     first = 0
