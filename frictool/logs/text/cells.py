@@ -1,7 +1,7 @@
 """Cells of a line of text, numbers in cells, and detection of delimiter and decimal mark.
 
-Of all pairs of delimiter and mark, the pair is chosen with which the first lines of the file
-contain the most numbers.
+The detection chooses the pair of delimiter and mark with which the first lines of the file contain
+the most numbers.
 """
 
 from __future__ import annotations
