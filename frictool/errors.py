@@ -26,11 +26,11 @@ EXIT_INTERRUPTED = 130  # the exit code of a shell after Ctrl-C
 
 
 class FrictoolError(Exception):
-    """Root of every error that a user is meant to read.
+    """Base class of the errors whose message is written for the user.
 
-    `exit_code`: exit code of the process.
-    `document_key`: kind of the document, such as "design", and the key that is wrong; None if the
-        error concerns no key. The command adds file and line to the message.
+    - `exit_code`: exit code of the process
+    - `document_key`: kind of the document, such as "design", and the wrong key; None if the error
+      concerns no key. The command adds file and line to the message.
     """
 
     exit_code = EXIT_INPUT
@@ -86,7 +86,7 @@ class NoSolutionError(FrictoolError):
 
 
 class WorkerLost(FrictoolError):
-    """Several worker processes ended, one after another, while they ran the same job.
+    """Several worker processes crashed, one after another, on the same job.
 
     `job`: index of the job in the list of jobs; None if no job began.
     """
@@ -97,4 +97,4 @@ class WorkerLost(FrictoolError):
 
 
 class ClusterError(FrictoolError):
-    """A cluster cannot be reached, is gone, or has workers with another version of frictool."""
+    """A cluster is not reachable, has stopped, or runs another version of frictool."""

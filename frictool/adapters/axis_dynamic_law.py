@@ -1,8 +1,8 @@
 """Dynamic friction law of a model.yaml with the key `presliding`.
 
-The parameters of the law are computed as in `compare` (`LawParameter.comparison_value`). If the
-Coulomb friction of a plant is c times the Coulomb friction of the model, the stiffness and the
-damping of the contact are multiplied by c, too. The deflections then do not change.
+The parameters of the law are computed as in `compare` (`LawParameter.comparison_value`). If a plant
+has c times the Coulomb friction of the model, the stiffness and the damping of the contact are
+multiplied by c, too, so that the deflections do not change.
 """
 
 from __future__ import annotations
@@ -82,7 +82,10 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
 
 
 def assumed_fall(model: Model) -> str:
-    """Return a remark if the decrease from breakaway to Coulomb friction is assumed, else ""."""
+    """Return a remark if the model has no Stribeck velocity, so that one is assumed; "" otherwise.
+
+    The law then needs a speed within which the friction falls from breakaway to Coulomb friction.
+    """
     document, today = model.presliding, model.parameters
     if (
         document is None
@@ -101,11 +104,10 @@ def assumed_fall(model: Model) -> str:
 
 
 def _bank(fitted: MaxwellSlip, breakaway: float, limit: float) -> tuple[float, Vector]:
-    """Return the limit [rad | m] and the elements (2 n,) of a fitted Maxwell-slip law.
+    """Return the displacement [rad | m] at breakaway and the elements (2 n,) of a Maxwell-slip law.
 
-    The elements represent the friction over the displacement during the first loading. The curve
-    ends at the breakaway. If the fitted curve ends below the breakaway, a straight line extends it
-    to the breakaway at `limit`.
+    The elements represent the fitted friction over the displacement, up to the breakaway. If the
+    fitted curve ends below the breakaway, a straight line extends it to the breakaway at `limit`.
     """
     displacement, force = np.array(fitted.displacement), np.array(fitted.force)
     below = force < breakaway

@@ -35,7 +35,7 @@ class DriveBound(NamedTuple):
 
 
 def driven_axis(bench: Bench, plant: PlantPoint) -> DrivenAxis:
-    """Return a plant with the drive of `bench`, which acts at its limit; backlash is left out."""
+    """Return a plant with the drive of `bench` at its limit, without backlash."""
     actuator = bench.actuator
     return DrivenAxis(
         plant.inertia,

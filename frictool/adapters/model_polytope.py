@@ -66,7 +66,7 @@ def default_unit(model: Model) -> float:
 
     The effort is the half-width of the Coulomb friction's interval. If this half-width is 0, the
     effort is the error at the drive's limit that the half-widths of constant and inertia cause. If
-    this error is also 0, the effort is 1.
+    this error is also 0, the result is 1.
     """
     widths = half_widths(model)
     if widths["coulomb"] > 0.0:

@@ -2,7 +2,7 @@
 
     position, effort ──▶ block of the document's kind ──▶ position, velocity, friction, wear
 
-The program contains only the observer (for a log) or also a controller. The estimates at a sample
+The program contains the observer alone (for a log) or a controller, too. The estimates at a sample
 use the position up to this sample and the effort before it, so that a controller can use them at
 the same sample.
 """
@@ -55,8 +55,8 @@ def observer_block(
 ) -> tuple[ObserverNodes, Callable[[ProgramNode], None]]:
     """Return the estimates for a measured position [rad | m], and a function `move(effort)`.
 
-    `move` writes the update of the states; its argument is the effort [N m | N] that acts until the
-    next sample.
+    `move` adds the update of the states to the program; its argument is the effort [N m | N] that
+    acts until the next sample.
     """
     if observer.tracking is not None:
         parameters = tracking_facts(observer, observer.tracking)

@@ -22,8 +22,8 @@ def intervals(
 ) -> dict[str, tuple[float, float]]:
     """Return the parameter intervals for which `synth` designs a controller.
 
-    The intervals are those of `ranges`, except that the interval of the Coulomb friction contains
-    the friction at every position of the travel.
+    The intervals are those of `ranges`, but the interval of the Coulomb friction also contains the
+    friction at every position of the travel.
 
     `factors`: as in `ranges`.
     """

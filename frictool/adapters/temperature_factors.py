@@ -55,8 +55,7 @@ def temperature_words(owner: str, text: str) -> str:
 def reference_words(law: FrictionOverTemperature, vertices: bool = False) -> str:
     """Return a text on the reference temperature and the range of friction at other temperatures.
 
-    `vertices`: True to state that the vertices of the model apply to the reference temperature
-    only.
+    `vertices`: True to add that the model's vertices apply to the reference temperature only.
     """
     low, high = law.over.low, law.over.high
     viscous, dry = temperature_factors(law, np.linspace(low, high, POINTS))

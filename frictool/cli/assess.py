@@ -1,4 +1,4 @@
-"""`frictool assess`: parameters that could be identified on a rig, before any measurement."""
+"""`frictool assess`: prediction, before any measurement, of which parameters can be identified."""
 
 from __future__ import annotations
 

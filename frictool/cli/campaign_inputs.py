@@ -42,7 +42,7 @@ class CampaignPaths:
 def setting_of(
     paths: CampaignPaths, number: ProgramNumber
 ) -> tuple[CampaignSetting, CampaignPaths]:
-    """Load the documents; return the settings of the campaign, and `paths` with `recorded` set.
+    """Load the documents; return the settings of the campaign, and `paths` with the log to replay.
 
     `number`: number format of the controller. Raises InputFileError if the documents do not fit
     together.
@@ -112,7 +112,7 @@ def commands_of(paths: CampaignPaths, folder: Path, number: ProgramNumber) -> Co
 def header_of(
     trial: TrialPlayer, paths: CampaignPaths, method: str, count: int | None
 ) -> dict[str, Any]:
-    """Return the values that identify a campaign; they are stored with the results.
+    """Return the values that identify a campaign and are stored with its results.
 
     `count`: number of draws; included only if the draws of `method` depend on this number.
     """
@@ -132,7 +132,7 @@ def header_of(
 
 
 def code_digest(package: Path) -> str:
-    """Return the SHA-256 of those sources in `package` that compute and judge metrics."""
+    """Return the SHA-256 of the source files in `package` that compute and judge metrics."""
     sources = [
         package / "documents/metric_table.py",
         *sorted(package.glob("metrics/*.py")),

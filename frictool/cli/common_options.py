@@ -23,9 +23,7 @@ class NamedPath(click.Path):
     def __init__(
         self, allow_dash: bool = False, writes: Sequence[str] = (), chooses: bool = False
     ) -> None:
-        """Store the formats that an output may have; `check_ending` explains the arguments.
-
-        Without `writes`, any name is allowed.
+        """Store the allowed formats (see `check_ending`); without `writes`, any format is allowed.
         """
         self._writes, self._chooses = writes, chooses
         # existence and permission are checked on reading, so that the exit code is 3 and not

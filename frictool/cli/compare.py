@@ -169,8 +169,8 @@ def _supporting(
 ) -> tuple[str, ...]:
     """Return the laws that support the extensions in the friction document (backward, dwell, ...).
 
-    A law without this support is left out with a warning; if --law names the law (`requested`),
-    the law is an error.
+    A law without this support is left out with a warning. If --law names such a law (`requested`),
+    InputFileError is raised instead.
     """
     from frictool.compare.comparison import REFERENCE
     from frictool.compare.law_simulator import LawSimulator

@@ -59,7 +59,7 @@ def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
 def note_changes(path: Path, controller: Controller) -> None:
     """Warn if a block of the controller was changed after the controller was verified.
 
-    There is no warning for a document without digests.
+    A change is recognised by the digests in the document; without digests there is no warning.
     """
     from frictool.documents.digests import changed_words
 
@@ -75,7 +75,7 @@ def use_colour(to_stderr: bool) -> bool:
 def print_json(form: str, value: dict[str, Any], output: Path | None = None) -> None:
     """Print a JSON object on stdout, or on stderr if the output file `output` is stdout.
 
-    form: name and version of the object's format (json_formats.yaml), written as the first key of
-    the object. Values that are not finite become null.
+    form: name and version of the format (json_formats.yaml), written into the object's first key.
+    Values that are not finite become null.
     """
     click.echo(printable_json(json_text(form, value)), err=output == STDOUT)

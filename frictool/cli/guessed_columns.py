@@ -21,7 +21,7 @@ def preset_text(start: StartingRig) -> str:
 def question_lines(start: StartingRig) -> list[str]:
     """Return lines of text on columns that cannot be read, and on columns and units to fill in.
 
-    An unreadable column is listed only if its name is that of a quantity.
+    An unreadable column is listed only if its name is a known name of a quantity.
     """
     reasons: dict[str, list[str]] = {}
     for column, reason in start.unreadable.items():

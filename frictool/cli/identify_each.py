@@ -70,8 +70,7 @@ class IdentifyEachCommand:
 def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
     """Identify a model from each log or folder, and return the exit code.
 
-    The exit codes of the logs (`frictool.errors`) are combined: the result is the first of 4, 1, 3
-    and 0 that occurs.
+    The result is the first of 4, 1, 3 and 0 that is the exit code of a log (`frictool.errors`).
     """
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest

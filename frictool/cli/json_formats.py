@@ -22,13 +22,13 @@ KINDS: dict[str, Any] = {
 
 @cache
 def json_formats() -> dict[str, Any]:
-    """Return the keys of the objects of each format, by a name with version such as "report/2"."""
+    """Return a dictionary from format and version ("report/2") to the keys of the objects."""
     text = Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8")
     return {name: keys for name, keys in yaml.safe_load(text).items() if "/" in name}
 
 
 def format_names() -> dict[str, str]:
-    """Return the name with version of each format by its name: {"report": "report/2", ...}."""
+    """Return a dictionary from format to format and version: {"report": "report/2", ...}."""
     return {name.partition("/")[0]: name for name in json_formats()}
 
 

@@ -32,7 +32,7 @@ class LazyGroup(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; use separate exit codes for Ctrl-C and for a closed pipe.
 
-        In both cases, click would exit with 1; this exit code means a negative answer in frictool.
+        click itself would exit with 1, which means a negative answer in frictool.
         """
         try:
             return super().invoke(ctx)

@@ -54,11 +54,14 @@ class ServoGains(NamedTuple):
         return self.speed is not None
 
     def servo(self, bench: Bench) -> PositionServo:
-        """Return the position loop, from position to effort, with the drive limit in bench.yaml."""
+        """Return the position loop with the bench's drive; its output is an effort [N m | N]."""
         return self.on_drive(bench.actuator.constant.value, bench.actuator.limit.value)
 
     def on_drive(self, constant: float, limit: float) -> PositionServo:
-        """Return the position loop for a drive with this effort per unit and this limit."""
+        """Return the position loop; its output is an effort [N m | N].
+
+        constant: effort per unit of the drive [A | V]. limit: limit of the drive [A | V].
+        """
         from frictool.engine.bench_position_loop import PositionServo
 
         position, speed = self.position or 0.0, self.speed or 0.0

@@ -15,7 +15,7 @@ def compare_in_loop(
 ) -> LoopComparison:
     """Simulate the mechanism and the model under the controller; compare the logs.
 
-    play: width of the backlash [rad | m]. tolerance: allowed error, relative to the step.
+    play: width of the backlash [rad | m]. tolerance: as in `in_loop`.
 
     Raises InputFileError if the documents do not fit together, and NoSolutionError if the mechanism
     or the model cannot be simulated.

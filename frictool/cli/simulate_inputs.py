@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def with_observer_option(document: Controller, observer: Path | None) -> Controller:
-    """Return the controller with its speed from `observer`; unchanged if `observer` is None."""
+    """Return the controller that uses the speed estimate of `observer`; None changes nothing."""
     if observer is None:
         return document
     from frictool.documents.observer import Observer

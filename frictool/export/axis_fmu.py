@@ -80,22 +80,13 @@ POSITIVE = (SMALLEST, LARGEST)
 class AxisSetting:
     """Parameter of the Functional Mock-up Unit.
 
-    Attributes
-    ----------
-    name : str
-        Name of the variable.
-    index : int
-        Index in the array of parameters.
-    unit : str
-        SI unit; empty for a ratio.
-    text : str
-        Meaning, for the description.
-    least, most : float
-        Smallest and largest allowed value.
-    tunable : bool
-        True if the parameter may change during a simulation.
-    quantity : Quantity or None
-        Value in the model document; the description states its interval.
+    - name: name of the variable
+    - index: index in the array of parameters
+    - unit: SI unit; empty for a ratio
+    - text: meaning, for the description
+    - least, most: smallest and largest allowed value
+    - tunable: True if the parameter may change during a simulation
+    - quantity: value in the model document, whose interval the description states
     """
 
     name: str

@@ -53,7 +53,7 @@ class Biquads:
     noise: float
 
     def sections(self, number: Number) -> tuple[Row, ...]:
-        """Return b0 b1 b2 a0 a1 a2 of the rounded stages, in the units of input and output."""
+        """Return b0 b1 b2 a0 a1 a2 of the rounded stages, for input and output in their units."""
         unit = 1.0 if number == "float" else math.ldexp(1.0, self.post_shift - BITS[number])
         rows = [[unit * value for value in stage] for stage in self.stages]
         rows[-1][:3] = [value * self.output_scale / self.input_scale for value in rows[-1][:3]]

@@ -49,7 +49,7 @@ class FixedNumbers:
     def exact(self, value: float, node: ProgramNode) -> str:
         """Return the fixed-point integer (word) of a value in SI.
 
-        NaN, an invalid input, gives INT32_MIN.
+        NaN stands for an invalid input and gives INT32_MIN.
         """
         if math.isnan(value):
             return "INT32_MIN"
@@ -64,11 +64,11 @@ class FixedNumbers:
         return _integer(self.scaled.constants[node.index])
 
     def parameter(self, name: str) -> str:
-        """Return the name of the C parameter for an input that is not yet bounded."""
+        """Return the name of the C parameter of an input, before the input is bounded."""
         return f"{name}_word"
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:
-        """Return the C declaration of an input, bounded to the allowed range of its word."""
+        """Return the C declaration of an input, limited to the allowed range of its word."""
         return [
             f"const int32_t {name} = {self._bounded(node, self.parameter(name))};{self.note(node)}"
         ]

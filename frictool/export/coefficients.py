@@ -1,4 +1,4 @@
-"""Coefficients and the conventions of their signs, as JSON and as variables of a MATLAB file."""
+"""Coefficients with their sign conventions, as JSON and as variables of a MATLAB file."""
 
 from __future__ import annotations
 

@@ -39,11 +39,11 @@ COEFFICIENTS_ONLY = (
 class ExportResult(ResultView):
     """Files of an export with the verified properties.
 
-    `files`: name -> content.
-    `vectors`: golden vectors; None if the language has none.
-    `more`: additional lines for the text output.
-    `target`: size and number of instructions of the code on the processor `target` of the
-        controller's bench, if they were requested or the bench has a `target`.
+    - `files`: name -> content
+    - `vectors`: golden vectors; None if the language has none
+    - `more`: additional lines for the text output
+    - `target`: code size and instruction count on the processor that the key `target` of bench.yaml
+      names; None if the bench has no such key and no figures were requested
     """
 
     controller: Controller

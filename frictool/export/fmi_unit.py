@@ -121,17 +121,10 @@ OLDEST = (1980, 1, 1, 0, 0, 0)  # a ZIP archive stores no earlier date
 class FmiVariable:
     """Variable of a unit.
 
-    Attributes
-    ----------
-    reference : int
-        Value reference.
-    kind : {"Float64", "Boolean", "Int64", "Enumeration"}
-        Type of the variable.
-    attributes : mapping of str to str
-        Additional attributes of the variable's XML element.
-    depends_on : tuple of int
-        Value references of the inputs and parameters that determine the initial value of the
-        variable.
+    - reference: value reference
+    - kind: type of the variable
+    - attributes: additional attributes of the variable's XML element
+    - depends_on: value references of the inputs and parameters that determine the initial value
     """
 
     reference: int
@@ -144,26 +137,15 @@ class FmiVariable:
 class FmiUnit:
     """Content of a unit.
 
-    Attributes
-    ----------
-    name : str
-        Name of the model or controller.
-    document : {"controller", "model"}
-        Kind of document that is exported.
-    origin : ExportOrigin
-        Origin of the document.
-    period : float
-        Default communication step [s].
-    variables : tuple of FmiVariable
-        Variables; the first is the time.
-    sources : mapping of str to str
-        C files and headers, without the functions of FMI.
-    functions : str
-        C file with the functions of FMI.
-    is_sampled : bool
-        True if the unit executes one sample per period.
-    enumerations : mapping of str to mapping of str to int
-        Items of each enumeration type.
+    - name: name of the model or controller
+    - document: kind of document that is exported
+    - origin: origin of the document
+    - period: default communication step [s]
+    - variables: variables, of which the first is the time
+    - functions: C file with the functions of FMI
+    - sources: C files and headers, without the functions of FMI
+    - is_sampled: True if the unit executes one sample per period
+    - enumerations: items of each enumeration type
     """
 
     name: str

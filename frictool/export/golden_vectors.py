@@ -217,7 +217,7 @@ class _VectorSequence:
                 break
 
     def shake(self, samples: int) -> None:
-        """Follow a reference that is never reached, with encoder jitter."""
+        """Follow a reference that is never reached, while the measured position jitters."""
         self.schedule()
         reference = self.at(self.random.random())
         for _ in range(samples):
@@ -227,8 +227,8 @@ class _VectorSequence:
     def push(self, bands: float) -> None:
         """Push the axis out of the band in which the controller sets the drive to 0, and back.
 
-        The return begins when the measured speed has decayed. The return speed is higher than the
-        rest speed of the position law.
+        `bands`: distance relative to the band's half-width. The return begins when the measured
+        speed has decayed. The return speed is higher than the rest speed of the position law.
         """
         reference = self.rows[-1][0]
         start = self.position
@@ -255,7 +255,7 @@ class _VectorSequence:
                 break
 
     def lose(self, reference: float, samples: int) -> None:
-        """Run samples with one invalid input each; the inputs take turns."""
+        """Run samples with one invalid input each, a different input at each sample in turn."""
         kinds: list[dict[str, float]] = [
             {"position": math.nan},
             {"position": math.inf},

@@ -12,16 +12,10 @@ DocumentKind = Literal["controller", "model"]
 class ExportLanguage:
     """One value of `--lang` for one kind of document.
 
-    Attributes
-    ----------
-    name : str
-        Value of `--lang`.
-    document : {"controller", "model"}
-        Kind of document that is exported.
-    text : str
-        Description of the written files, which the help shows.
-    options : tuple of str
-        Options of the command that this language reads, besides `--lang` and `--output`.
+    - name: value of `--lang`
+    - document: kind of document that is exported
+    - text: description of the written files, which the help shows
+    - options: options of the command that this language reads, besides `--lang` and `--output`
     """
 
     name: str

@@ -53,15 +53,10 @@ RANGES = "mjcf-ranges/1"
 class MjcfAttribute:
     """Number in the MJCF file, with an interval.
 
-    Attributes
-    ----------
-    element, attribute : str
-        Element of the file and its attribute.
-    field : str
-        Array of mjModel; for an array with several columns, also the column, as in
-        "actuator_gear.0".
-    value : Quantity
-        Value with its interval, SI.
+    - element, attribute: element of the file and its attribute
+    - field: array of mjModel; for an array with several columns, also the column, as in
+      "actuator_gear.0"
+    - value: value with its interval, SI
     """
 
     element: str

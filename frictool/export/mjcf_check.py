@@ -35,23 +35,14 @@ HOLD_S = 2.0  # duration [s] of the creep test; its second half gives the creep 
 class MjcfCheck:
     """Differences between MuJoCo and the model along a log.
 
-    Attributes
-    ----------
-    samples : int
-        Number of samples.
-    period : float
-        Sample period [s].
-    rms, largest : float
-        Position of MuJoCo minus position of the model, rad | m.
-    measured_rms : dict of str to float
-        Rms difference between simulated and measured position, rad | m, for MuJoCo and frictool.
-    rest_s : float
-        Time that the model is at rest [s].
-    creep : float
-        Distance that MuJoCo moves while the model is at rest, rad | m.
-    hold_speed : float
-        Speed in MuJoCo under an effort of half the Coulomb friction, rad/s | m/s. The model is at
-        rest under this effort.
+    - period: sample period [s]
+    - rms, largest: position of MuJoCo minus position of the model, rad | m
+    - measured_rms: rms difference between simulated and measured position, rad | m, for MuJoCo and
+      frictool
+    - rest_s: time that the model is at rest [s]
+    - creep: distance that MuJoCo moves while the model is at rest, rad | m
+    - hold_speed: speed in MuJoCo under half the Coulomb friction, at which the model is at rest,
+      rad/s | m/s
     """
 
     axis: str

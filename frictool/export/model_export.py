@@ -22,16 +22,10 @@ from frictool.logs.log import Log
 class ModelExportSettings:
     """Options of the export of a model.
 
-    Attributes
-    ----------
-    without : frozenset of str
-        Features of the model to leave out (`model_features.py`).
-    into : Path or None
-        Robot description in which the joint's values are written.
-    joint : str or None
-        Name of the joint in `into`; None if the file has only one joint of the type of the axis.
-    check : Log or None
-        Log whose effort drives the comparison of the exported MJCF file with the model.
+    - without: features of the model to leave out (`model_features.py`)
+    - into: robot description in which the joint's values are written
+    - joint: name of the joint in `into`; None if the file has only one joint of the axis's type
+    - check: log whose effort drives the comparison of the exported MJCF file with the model
     """
 
     without: frozenset[str] = frozenset()

@@ -15,16 +15,11 @@ from frictool.errors import NoSolutionError
 
 @dataclass(frozen=True)
 class ModelFeature:
-    """A feature that a model may have.
+    """Feature that a model may have.
 
-    Attributes
-    ----------
-    text : str
-        Meaning, for messages.
-    present : callable
-        Return whether a model has the feature.
-    removed : callable
-        Return a model without the feature.
+    - text: meaning, for messages
+    - present: function that returns True if a model has the feature
+    - removed: function that returns a model without the feature
     """
 
     text: str

@@ -42,8 +42,8 @@ FINER = {
 class RoundedLoop:
     """Smallest modulus margin and largest norm with rounded coefficients.
 
-    `at`, `norm_at`: vertices of the smallest margin and of the largest norm.
-    `norm`: largest norm; None if the document contains no weights.
+    - `at`, `norm_at`: vertices of the smallest margin and of the largest norm
+    - `norm`: largest norm; None if the document contains no weights
     """
 
     modulus_margin: float

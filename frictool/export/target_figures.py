@@ -40,20 +40,13 @@ LONGEST = 300.0  # longest time of the compiler or of QEMU [s]
 class TargetFigures:
     """Size of a controller's code on the target, and number of instructions.
 
-    Attributes
-    ----------
-    core : str
-        The core of `target` in bench.yaml.
-    code_bytes : int or None
-        Bytes of machine code and constants of NAME.c; None without a cross compiler.
-    state_bytes : int or None
-        Bytes of one NAME_state; None without a cross compiler.
-    instructions : int or None
-        Largest number of instructions of a step on the golden vectors; None without QEMU.
-    instructions_mean : float or None
-        Mean number of instructions of a step on the golden vectors.
-    missing : str
-        The tool that is not on the PATH; empty if none is missing.
+    - core: core of the processor, from the key `target` of bench.yaml
+    - code_bytes: bytes of machine code and constants of NAME.c; None without a cross compiler
+    - state_bytes: bytes of one NAME_state; None without a cross compiler
+    - instructions: largest number of instructions of a step on the golden vectors; None without
+      QEMU
+    - instructions_mean: mean number of instructions of a step on the golden vectors
+    - missing: tool that is not on the PATH; empty if no tool is missing
     """
 
     core: str

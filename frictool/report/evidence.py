@@ -75,7 +75,7 @@ class StreamEvidence:
     worst: bool = False
 
     def has(self, signal: str) -> bool:
-        """Return True if the stream has this signal, even if its values are not finite."""
+        """Return True if the stream has this signal, with finite values or not."""
         return signal in self.stream.signals
 
     def plotted(self, signal: str) -> Vector:

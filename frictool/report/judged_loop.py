@@ -54,7 +54,7 @@ class JudgedLoop:
     def margin_of(self, plant: LoggedPlant | None, unstated: str = "") -> tuple[float | None, str]:
         """Return (modulus margin, "") for a simulated plant, or (None, reason).
 
-        `unstated`: reason why the bench of the simulated plant is unknown; "" if it is known.
+        `unstated`: reason why the plant's bench is unknown; "" if the bench is known.
         """
         if plant is None or not plant.is_possible:
             return None, NO_PLANT

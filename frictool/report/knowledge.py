@@ -22,7 +22,7 @@ def with_knowledge(
 ) -> Requirement:
     """Return a copy of the requirement whose field `known` states the source of the outcome.
 
-    If the proof also shows that the requirement is met, the field names the proof, too.
+    The field also names the proof if the proof shows that the requirement is met.
     """
     if requirement.key == "modulus_margin":
         return replace(requirement, known=_margin(requirement, controller))

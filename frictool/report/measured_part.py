@@ -40,10 +40,7 @@ class MeasuredPart:
     hold: Hold | None = None
 
     def of(self, signal: Any) -> Any:
-        """Return the samples of a signal (n,) that belong to this part of the stream.
-
-        Return None if `signal` is None.
-        """
+        """Return the samples of a signal (n,) in this part of the stream; None without a signal."""
         return signal if signal is None or self.hold is None else self.hold.of(signal)
 
     def signal(self, name: str) -> Any:
@@ -51,7 +48,7 @@ class MeasuredPart:
         return self.of(self.evidence.stream.signals[name])
 
     def late(self, signal: Any) -> Any:
-        """Return the samples of a signal that the slice `rest` selects; None without a signal."""
+        """Return the samples of a signal in the slice `rest`; None without a signal."""
         return None if signal is None else self.of(signal)[self.rest]
 
     @cached_property

@@ -11,7 +11,7 @@ MOST_SHOWN = 40
 
 
 def worst_requirement(verdict: Verdict) -> Requirement | None:
-    """Return the requirement whose worst value is farthest beyond its limit.
+    """Return the requirement whose worst value exceeds its limit by the largest factor.
 
     If all limits are met, the result is the requirement whose worst value is nearest to its limit.
     The result is None if no stream has a value.

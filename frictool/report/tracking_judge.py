@@ -17,7 +17,7 @@ NO_MOTION = "the reference does not move, or moves by steps only, which no axis 
 def judge_tracking(key: str) -> Judge:
     """Return the function that judges the tracking error which the specification's `key` limits.
 
-    The function ignores a stream without a profile if its reference changes by steps only.
+    A stream is ignored if it has no profile and its reference changes by steps only.
     """
     metric = REQUIREMENTS[key]
 

@@ -22,10 +22,7 @@ def pack_law(key: str, friction: FrictionOf, kind: Axis, inertia: float) -> tupl
 
     - `key`: key of the friction element in the document, for errors
     - `kind`: motion of the block, rotary or linear
-    - `inertia`: inertia that the block carries
-
-    A law that needs an inertia uses this value, unless the document's parameters contain an
-    inertia.
+    - `inertia`: inertia of the block, for laws that need one and whose parameters do not contain it
 
     Raises ElementError if the law or a parameter is unknown, missing, in a wrong unit or out of
     range.

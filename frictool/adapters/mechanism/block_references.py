@@ -62,7 +62,7 @@ class BlockNames:
     def two(self, key: str, between: tuple[str, ...]) -> tuple[str, str]:
         """Return both ends of an element: first a block, then a block or the frame.
 
-        Raises ElementError if an end is missing or unknown, or if both are the same.
+        Raises ElementError if an end is missing or unknown, or if both ends are the same.
         """
         where = f"{key}.between"
         if len(between) < 2:
@@ -89,7 +89,8 @@ class BlockNames:
 
         `hint`: advice in the error if an end is the frame.
 
-        Raises ElementError if an end is missing, unknown or the frame, or if both are the same.
+        Raises ElementError if an end is missing, unknown or the frame, or if both ends are the
+        same.
         """
         where = f"{key}.between"
         if GROUND in between:
