@@ -16,8 +16,8 @@ FORCES = PARAMETERS  # an error of the drive constant scales these parameters if
 class ParameterIntervals:
     """Estimate of one parameter, and two intervals of its value.
 
-    - absolute: interval that also includes the uncertainty of the drive constant
-    - bench: value and interval that the bench document states, or None
+    - absolute: interval that includes the uncertainty of the drive constant
+    - bench: value and interval in bench.yaml; None if bench.yaml does not state the parameter
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Choice of the identification methods that suit a log.
 
-Without a bench, signals, sampling and motion are examined. With a bench, the methods are tried on
-the log (`method_trials.py`). Without a bench, a method that suits the log may still refuse it.
+With a bench, each method is tried on the log (`method_trials.py`). Without a bench, the choice is
+based on signals, sampling and motion only, so that a chosen method may still refuse the log.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from frictool.logs.quality.survey import POSITION, StreamSurvey
 THE_LOG = "the log"  # name of the examined log in messages
 BREAKAWAY, VELOCITY = "breakaway", "velocity"
 DRIVES = ("effort", "current", "voltage")
-# largest encoder step, relative to the distance per sample at top speed, at which differences of
-# the position show the direction of motion
+# largest encoder step at which differences of the position show the direction of motion, relative
+# to the distance that the axis moves in one sample at top speed
 COARSEST = 0.1
 
 
 def applicable_methods(
     stream: StreamSurvey, kind: str | None, *, known_offset: bool = False
 ) -> dict[str, str | None]:
-    """Return for each method the reason why the method does not suit a log, or None.
+    """Return for each method the reason why a log does not suit it; None for a suitable method.
 
     The key `breakaway` stands for the evaluation of breakaway ramps. `stream` contains statistics
     of the log's signals. `kind` is the detected kind of test, such as "ramp" or "rest". If
-    `known_offset` is True, the bench states the offset, so that one direction of motion suffices.
+    `known_offset` is True, the bench states the offset, so that motion in one direction suffices.
     """
     record = None
     why = _nothing_to_use(stream, kind)
@@ -72,10 +72,6 @@ def _nothing_to_use(stream: StreamSurvey, kind: str | None) -> str | None:
 
 
 def _record_of(stream: StreamSurvey) -> MotionRecord:
-    """Return the record of the first samples; the unit of its effort is that of the drive signal.
-
-    Raises LogError if the samples have no sample period.
-    """
     opening = stream.opening
     drive = next(opening.signals[name] for name in DRIVES if name in opening.signals)
     position = opening.signals.get(POSITION)
@@ -86,7 +82,6 @@ def _record_of(stream: StreamSurvey) -> MotionRecord:
 
 
 def _of_opening(stream: StreamSurvey, reason: str | None) -> str | None:
-    """Return the reason; if the log has more samples than were examined, their number is added."""
     examined = stream.opening.time.size
     if reason is None or examined >= stream.base.samples:
         return reason

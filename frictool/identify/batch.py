@@ -31,7 +31,7 @@ from frictool.logs.log_reader import read_log
 from frictool.logs.origin import LogOrigin, NamePatterns, origin_by_name, origin_of_log
 from frictool.workers.file_transfer import Paths, share_files
 
-# bytes of all logs together; for fewer, starting more processes takes longer than it saves
+# least size of all logs together, in bytes, at which more processes save time
 WORTH_SHARING = 10_000_000
 
 
@@ -71,9 +71,9 @@ class BatchModel:
 
 @dataclass(frozen=True)
 class BatchResult:
-    """Model of a group, or the reason why the group has none.
+    """Model of a group of logs, or the reason why the group has no model.
 
-    - reason: reason why the group has no model; empty if the group has a model
+    - reason: empty if the group has a model
     - code: exit code for the reason; 0 if the group has a model
     """
 
@@ -148,8 +148,8 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker process.
 
-    - bench: text of the bench in YAML. The model repeats this text. A pickled `Bench` could not
-      replace the text, because it does not record which fields the text leaves out.
+    - bench: text of bench.yaml, which the model repeats; a `Bench` does not record which fields the
+      text leaves out
     - bench_input: entry of the bench in the model's provenance
     - patterns: patterns that extract unit and date from the file name of a log
     """

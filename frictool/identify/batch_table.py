@@ -47,7 +47,7 @@ def ordered(batch: Sequence[BatchResult]) -> list[BatchResult]:
 
 
 def cells(one: BatchResult) -> dict[str, Any]:
-    """Return the value of each column of the row; None marks an empty cell.
+    """Return the value of each column in the row of a result; None marks an empty cell.
 
     Only parameters that were identified from the logs have values.
     """
@@ -181,7 +181,7 @@ def population_lines(parameters: dict[str, Population], bench: Bench) -> list[st
 
 
 def conclusion(one: Population) -> str:
-    """Return "yes" if one true value can explain all models, else "no" with the failed tests."""
+    """Return "yes" if one true value can explain all models, else "no" and the failed tests."""
     no = []
     if one.between is not None and one.rejects(one.between):
         no.append(f"units differ by {one.between.beyond:.2g} {_p(one.between.p)}")

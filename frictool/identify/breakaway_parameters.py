@@ -45,17 +45,12 @@ def with_breakaway(logs: AxisLogs, sliding: Outcome) -> Outcome:
 
 
 def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
-    """Return the breakaway of the ramps.
-
-    Raises UnusableLogs if there are no ramps, if a ramp has no position, or if all breakaways have
-    the same direction and the offset is unknown.
-    """
     if not logs.ramps:
         raise UnusableLogs(logs.unused_ramps or NO_RAMPS)
     for record in logs.ramps:
         if record.velocity is not None:
             raise UnusableLogs(
-                f"{record.name} has no position; without it the time of a breakaway is unknown"
+                f"{record.name} has no position, from which the time of a breakaway is computed"
             )
     identified = sliding.identified
     axis = sliding_intervals(sliding.from_logs, logs.bench)

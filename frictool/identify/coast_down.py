@@ -26,7 +26,8 @@ from frictool.identify.rows.slip_fit import known_inertia
 
 # largest rms effort of a drive that is off, divided by smallest inertia times rms acceleration
 LARGEST_EFFORT = 0.05
-# and its largest deviation from its median, divided by the effort at the drive's limit: noise
+# largest deviation of the effort from its median that is noise, divided by the effort at the
+# drive's limit
 LARGEST_NOISE = 0.1
 # largest share of the effort's mean square that the motion explains if the effort is noise
 LARGEST_EXPLAINED = 0.5
@@ -37,10 +38,9 @@ DRIVE_OFF = "the drive was off; such a log shows friction relative to the inerti
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
     """Return True if the effort is noise, and too small to have caused the acceleration.
 
-    Too small means that the rms effort is below 5 % of the rms acceleration times the smallest
-    inertia in bench.yaml. The effort must also be noise, which the motion does not explain:
-    otherwise, a driven log would pass this test if bench.yaml stated far too large an inertia, or a
-    wrong unit of the current.
+    An effort is too small if its rms is below 5 % of the rms acceleration times the smallest
+    inertia in bench.yaml. The effort of a driven axis also seems too small if the inertia in
+    bench.yaml is far too large or the unit of the current is wrong, but this effort is not noise.
     """
     if not rows:
         return False

@@ -162,7 +162,7 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches at the common effort of the proved stretches; [] without one."""
+    """Return the stretches at the common effort of the proved stretches; [] if they have none."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []

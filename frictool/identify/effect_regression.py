@@ -105,7 +105,7 @@ class EffectRegression:
         return [one for one in self.free if not (self.noisy and one.term in LIKE_ACCELERATION)]
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
-        """Return `parameters` with intervals widened by the scatter of the residual between bins.
+        """Return `parameters` with intervals that include the scatter of the residual between bins.
 
         The bins divide the position, and the velocity separately for each sign of the acceleration.
         """
@@ -119,7 +119,7 @@ class EffectRegression:
     def scatter(self, more: Sequence[Hypothesis] = ()) -> dict[str, float]:
         """Return half widths of all parameters from the scatter of the residual between bins.
 
-        The fitted model is the model with the hypotheses `more` added.
+        The residual is that of the model with the additional hypotheses `more`.
         """
         rows = self.rows
         used = [*self.used, *more]
@@ -180,8 +180,8 @@ class EffectRegression:
     def accepted(self) -> list[AcceptedEffects]:
         """Return the effects, single or in groups, that explain the residual.
 
-        The result also contains effects that can replace an effect of the model, because the
-        prediction of strokes left out of the fit is then equally good.
+        The result also contains effects that could replace an effect of the model without a worse
+        prediction of strokes left out of the fit.
         """
         if self._values(self.used) is None or self.rows.squares(self.used) is None:
             return []
@@ -451,10 +451,7 @@ def _states(samples: RegressionSamples) -> IntVector:
 
 
 def _without_knees(samples: RegressionSamples, fit: SlidingFit, bench: Bench) -> RegressionSamples:
-    """Return the samples without the efforts of speed regimes and of the Stribeck effect.
-
-    The regression does not fit these two effects.
-    """
+    """Return the samples without the efforts of speed regimes and of the Stribeck effect."""
     if fit.laws is None or not (fit.laws.regimes or "stribeck_velocity" in fit.parameters):
         return samples
     intervals = {**sliding_intervals(fit.parameters, bench), **fit.parameters}

@@ -58,7 +58,7 @@ class Interval:
 def intervals_around(
     names: Iterable[str], values: Iterable[float], half: Iterable[float]
 ) -> dict[str, Interval]:
-    """Return for each name the interval value +- half width; surplus values are left out."""
+    """Return the interval value +- half width of each name; surplus values are left out."""
     return {
         name: Interval.around(value, reach)
         for name, value, reach in zip(names, values, half, strict=False)
@@ -67,11 +67,13 @@ def intervals_around(
 
 @dataclass(frozen=True)
 class TriedModel:
-    """Model that was compared with other models, if possible on strokes left out of the fit.
+    """Model that was compared with other models.
 
     - position_error: rms position error, rad | m
     - force_error: relative force error, defined in `force_error.py`
     - chosen: True for the model that was selected
+
+    The errors are those in strokes that the fit did not use, if the logs are long enough.
     """
 
     name: str

@@ -18,11 +18,10 @@ from frictool.identify.methods import DEFAULT, METHODS
 
 # force error or relative residual above which the program warns of noise or an incomplete model
 DOUBTFUL_FORCE_ERROR = 0.2
-# ratio of the force errors with the bench's and with the log's values above which a warning is
-# issued
+# least ratio of the force error with the bench's values to that with the log's for a warning
 WORSE = 1.5
-# ratio of inertia and friction to the values in bench.yaml that shows a mistaken unit (mA for A),
-# and largest factor by which the ratios of the parameters may differ from each other
+# least ratio of the parameters to bench.yaml's values that shows a mistaken unit (mA for A), and
+# largest factor by which the ratios of the parameters then differ from each other
 OTHER_UNIT = 100.0
 SPREAD = 30.0
 LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
@@ -31,8 +30,8 @@ LONGEST_VALUES = 60  # most characters that a warning uses for the replaced valu
 def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> list[str]:
     """Return a warning for each parameter whose interval does not overlap that in bench.yaml.
 
-    If all of them are too large or too small by about the same large factor, the first warning says
-    that the unit of the drive signal may be wrong.
+    If all parameters are too large or too small by about the same large factor, the first warning
+    says that the unit of the drive signal may be wrong.
     """
     out = []
     ratios = dict[str, float]()
@@ -53,7 +52,7 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
 
 
 def _other_unit(ratios: Mapping[str, float], bench: Bench) -> list[str]:
-    """Return a warning about the drive's unit; `ratios` are relative to bench.yaml's values."""
+    """Return a warning about the drive's unit if `ratios` to bench values are extreme."""
     if len(ratios) < 2:
         return []
     low, high = min(ratios.values()), max(ratios.values())

@@ -26,9 +26,9 @@ def fixed_parameters(fit: SlidingFit, outcome: Outcome, bench: Bench) -> dict[st
     """Return the model's interval for each parameter that was fitted and then refused.
 
     This interval is the intersection of the range in bench.yaml and the logs' interval, or the
-    range in bench.yaml if the two do not overlap. Two kinds of parameters are excluded: parameters
-    that the motion cannot separate, and an inertia that is refused because of the encoder's
-    resolution, since this inertia hardly changes the other parameters.
+    range in bench.yaml if the two do not overlap. Parameters that the motion cannot separate are
+    excluded. An inertia that the encoder is too coarse to identify is excluded too, because its
+    error hardly changes the other parameters.
     """
     # if Coulomb friction differs by direction, coulomb and offset are its mean and half difference
     split = bench.load is not None and "coulomb_by_direction" in bench.load.terms

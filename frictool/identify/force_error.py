@@ -123,7 +123,6 @@ def motion_rows(records: Sequence[MotionRecord], bench: Bench) -> list[SlipRows]
 
 
 def _parts(record: MotionRecord, share: float) -> list[MotionRecord]:
-    """Return the record, or evenly spaced parts with the fraction `share` of its samples."""
     if share >= 1.0:
         return [record]
     size = record.position.size

@@ -137,7 +137,6 @@ def _identify_servo(
     records: list[MotionRecord],
     others: list[MotionRecord],
 ) -> IdentifiedModel:
-    """Identify a bench with a servo; raise UnusableLogs for ramps, loops and tables."""
     if others or request.breakaway_table is not None or request.measurement:
         raise UnusableLogs(
             "a bench with actuator.servo has no measured effort, which --ramp, --loops, "

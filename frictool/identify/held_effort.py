@@ -173,10 +173,7 @@ def held_effort(
 
 
 def interpolated(effort: Vector, hold: int, updates: NDArray[np.int64]) -> Vector:
-    """Return the effort (n,), interpolated linearly between its updates.
-
-    Each logged value is assigned to the first sample with this value.
-    """
+    """Return the effort (n,), interpolated linearly between its updates."""
     at = np.flatnonzero(_updated(effort.size, hold, updates))
     return np.asarray(np.interp(np.arange(effort.size), at, effort[at]))
 
@@ -185,8 +182,8 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
     """Return a mask (size,) of the samples at which the logger read the effort.
 
     `updates` are the samples at which the value changes, and `hold` is the number of samples
-    between two readings. If a value lasts longer than `hold`, the logger read it again unchanged.
-    The sample `hold` samples before each change is therefore marked as a reading too.
+    between two readings. A value that lasts longer was read again unchanged: the sample `hold`
+    samples before each change is also marked.
     """
     out = np.zeros(size, dtype=np.bool_)
     out[[0, *updates.tolist()]] = True

@@ -3,16 +3,15 @@
 A spring resembles the inertia, because position and acceleration are proportional in a sinusoidal
 motion. Viscous friction that differs by direction resembles the offset: with the velocity v it adds
 an effort c |v|, and |v| is nearly constant in strokes of one speed. The parameters absorb most of
-both effects. The residual hardly shows the two effects, although real machines have them.
+the two effects, so that the residual hardly shows them.
 
-Each effect is tried alone. The prior of its coefficient is a normal distribution with mean 0. A
-coefficient of one standard deviation gives the effect the rms effort of the lasting part of the
-residual, because a machine with other unmodelled effects may also have the tried effect. If no part
-of the residual lasts, no interval is widened.
+Each effect is tried alone. The prior of its coefficient is a normal distribution with mean 0. With
+a coefficient of one standard deviation, the rms effort of the effect equals the rms of the part of
+the residual that lasts longer than the smoothing windows, because a machine with one unmodelled
+effect may have another one. If no part of the residual lasts, no interval is widened.
 
 The mean square of the lasting part is the covariance of residuals of the same stroke at a distance
-of LASTING windows. Noise of effort and encoder does not contribute to this covariance, because
-smoothing correlates noise over one window only.
+of LASTING windows. Noise of effort and encoder is correlated over one window only.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
 def _shift(
     regression: EffectRegression, effect: Hypothesis, lasting: float
 ) -> AcceptedEffects | None:
-    """Return the shift by an effect with the prior standard deviation `lasting` of its effort."""
+    """Return the shift by an effect whose effort has the prior standard deviation `lasting`."""
     (column,) = effect.names
     fitted = regression.intervals([effect]).get(column)
     rates = regression.rates(effect)

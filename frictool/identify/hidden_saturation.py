@@ -171,8 +171,8 @@ def _linear(columns: Matrix, effort: Vector) -> Vector:
 def _saturating(columns: Matrix, effort: Vector, sharpness: float, start: Vector) -> LeastSquares:
     """Fit the effort with a smooth saturation.
 
-    The unknowns are the coefficients of `columns`, the logarithm of the limit of positive effort,
-    and the logarithm of the limit of negative effort.
+    The unknowns are the coefficients of `columns`, and the logarithms of the limits of positive and
+    of negative effort.
     """
 
     def parts(unknowns: Vector) -> tuple[Vector, Vector, Vector, Vector]:
@@ -202,8 +202,7 @@ def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector)
     """Return whether a saturation explains the effort better than the linear fits.
 
     The arguments are squared residuals (n,): `squares` of the model with a saturation, `plain` of
-    the linear fit, `rivals` of the linear fit with additional columns. `stroke` (n,) numbers the
-    strokes.
+    the linear fit, `rivals` of the linear fit with additional columns.
     """
     if squares.sum() > LARGEST_RESIDUAL**2 * squares.size or stroke.max() + 1 < FEWEST_STROKES:
         return False

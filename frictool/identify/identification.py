@@ -89,10 +89,9 @@ class Identification(Outcome):
 class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
-    The message states the most frequent reason. If parameters have different reasons, the message
-    also names the parameters with the most frequent reason, and the number of the other parameters.
-    `exit_code` is 1 if no fit was possible. It is 4 if a fit gave neither inertia nor friction, or
-    if position and drive have opposite signs.
+    The message states the most frequent reason, and which parameters and how many others are
+    affected. `exit_code` is 1 if no fit was possible. It is 4 if a fit gave neither inertia nor
+    friction, or if position and drive have opposite signs.
     """
 
     def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:
@@ -189,9 +188,9 @@ def _estimate(
 ) -> tuple[AxisLogs, SlidingFit | None, Outcome, WidenedFit | None]:
     """Return logs, fit of the sliding logs, outcome, and fit with intervals widened by effects.
 
-    In the returned logs, the fitted load is subtracted from the effort of the ramps. In the first
-    of the two fits, no parameter is fixed at a value of the bench. Raises NothingIdentified if
-    position and drive of a sliding log have opposite signs.
+    In the returned logs, the fitted load is subtracted from the effort of the ramps. No parameter
+    of the first fit is fixed at a value of the bench. Raises NothingIdentified if position and
+    drive of a sliding log have opposite signs.
     """
     free = None
     wider = None

@@ -94,9 +94,9 @@ def without_negative(name: str, interval: Interval, known: Quantity | None) -> I
 def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> Interval | None:
     """Return the intersection of the logs' interval and the range in bench.yaml.
 
-    The intersection contains the true value with the confidence of `interval`, because the range in
-    bench.yaml certainly contains it. The value of the result is the point of the intersection that
-    is nearest to the value of `interval`, and within the range in bench.yaml if possible.
+    The intersection has the confidence of `interval`, because the range in bench.yaml certainly
+    contains the true value. The value of the result is the point of the intersection that is
+    nearest to the value of `interval`, and within the range in bench.yaml if possible.
 
     Parameters
     ----------

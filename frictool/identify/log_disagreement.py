@@ -28,8 +28,8 @@ def pooling_warnings(
 
     An interval is too wide if it is more than WIDER times as wide as the narrowest interval from a
     single log. `fit` is the fit of all logs without fixed parameters. Each log is also fitted alone
-    with the same method and load terms. Least squares replace the method output error in all these
-    fits, because output error would have to search the parameters for each log.
+    with the same method and load terms. Least squares replace output error, whose search would take
+    long for each log.
     """
     if len(records) < 2:
         return []

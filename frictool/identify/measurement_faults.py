@@ -36,13 +36,13 @@ STOPPING_SAMPLES = 3
 MARGIN = 2.0  # safety factor on the deceleration that effort and friction can cause
 COUNTS = 2.0  # largest error of the distance over STOPPING_SAMPLES, in encoder counts
 NOISES = 8.0  # and in standard deviations of the position noise
-# smallest effort, relative to the largest, at which a signal that is never negative reaches 0
+# smallest effort, relative to the largest, that counts as 0 in a signal that is never negative
 REACHES_ZERO = 0.01
 # largest difference of the mean efforts of both directions, relative to their sum, of an unsigned
 # effort
 ALIKE = 0.5
-# an unsigned effort dips at a reversal below this share of its means in both strokes, at least at
-# this share of the reversals
+# at a reversal, an unsigned effort falls below the share DIP of its means in both strokes; this is
+# required at the share LEAST_DIPS of the reversals
 DIP, LEAST_DIPS = 0.25, 0.8
 MOST_AT_ZERO = 0.01  # largest share of moving samples at the smallest effort; more is saturation
 SELF_EXPLAINED = 1e-3  # relative residual that is smaller than the noise of any effort sensor
@@ -136,7 +136,6 @@ def _refuse_unsigned(record: MotionRecord) -> None:
 
 
 def _dips(effort: Vector, strokes: Strokes) -> float:
-    """Return the share of reversals at which the effort (n,) dips below DIP times both strokes."""
     edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1))
     found = list[bool]()
     for start, turn, end in zip(edges[:-2], edges[1:-1], edges[2:], strict=True):

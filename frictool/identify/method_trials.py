@@ -34,7 +34,7 @@ from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
 
 SETTINGS = IdentificationSettings()
-# methods that accept a log if least squares do
+# methods that accept a log if least squares accept the log
 ALIKE = (
     DEFAULT,
     "power-balance",
@@ -51,9 +51,10 @@ NO_EFFORT = "the bench has actuator.servo, which measures no effort"
 def tried_methods(
     log: Log, bench: Bench, reasons: Mapping[str, str | None]
 ) -> dict[str, str | None]:
-    """Return for each method the reason why `identify` refuses a log; None if it accepts it.
+    """Return for each method the reason why `identify` refuses a log; None if it accepts the log.
 
-    `reasons` is the result of `applicable_methods`. Methods with a reason there are not tried.
+    `reasons` is the result of `applicable_methods`. Methods with a reason in `reasons` are not
+    tried.
     """
     try:
         record = record_of(match_bench(log, bench), bench)
@@ -83,7 +84,7 @@ def tried_methods(
 
 
 def _of_the_log(error: FrictoolError) -> bool:
-    """Return True if an error has the same reason for every parameter, and so for every method."""
+    """Return True if the reason concerns the whole log, or is the same for all parameters."""
     return not isinstance(error, NothingIdentified) or len(set(error.result.refused.values())) == 1
 
 

@@ -42,8 +42,8 @@ class IdentificationMethod:
     - channel: channel that the method needs in addition to motion and drive, or None
     - comparison: True if the method serves only for comparison with published values. If the force
       error is large, the intervals are not widened for effects that the model lacks.
-    - known_terms: name of the function that fits load terms that are already known, or None. This
-      function is used for warnings, because the method would search the load terms again.
+    - known_terms: name of the function that fits given load terms without a search for other terms,
+      or None
     """
 
     name: str

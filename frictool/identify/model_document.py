@@ -50,7 +50,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
 
 
 def bench_model(refused: NothingIdentified, bench: Bench, provenance: Provenance) -> Model:
-    """Return a model with values from bench.yaml only; it states why nothing was identified."""
+    """Return a model with the values in bench.yaml, and the reason why nothing was identified."""
     model = model_of(replace(refused.result, identified={}, laws=None, fit=None), bench, provenance)
     return with_fields(model, bench_values_only=str(refused))
 
@@ -70,7 +70,7 @@ def _estimate(name: str, result: Identification, bench: Bench) -> Estimate:
         return Estimate(*ends, unit_of(name, bench), source="log and bench")
     known: Quantity | None = getattr(bench.mechanics, name)
     if known is None:
-        # only the offset: the bench always has the others
+        # only the offset can be missing: the bench always states the other parameters
         return Estimate(0.0, unit=unit_of(name, bench), source="assumed")
     return Estimate(known.value, known.low, known.high, unit_of(name, bench), source="bench")
 

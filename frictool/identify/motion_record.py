@@ -34,7 +34,7 @@ from frictool.typing import IntVector, Vector
 
 JITTER = 0.1  # relative deviation from the period above which a sample interval is broken
 SMALLEST_COUNT = 1e-9  # smallest count of a velocity, relative to the range of the velocity
-# share of broken intervals above which the clock is not treated as uniform: the record is resampled
+# share of broken intervals above which the record is resampled to a uniform clock
 MOST_BROKEN = 0.02
 # relative deviation from the median interval; a record is refused if more than half of its
 # intervals deviate by more
@@ -389,8 +389,8 @@ def _with_temperature(record: MotionRecord, log: Log) -> MotionRecord:
 def reference_temperature(measured: Sequence[Vector]) -> float:
     """Return the measured temperature nearest to the mean of all measured temperatures, degC.
 
-    `measured` contains one vector (n,) for each record. The mean itself is not used: it may lie
-    between a cold and a hot log, where friction was not measured.
+    `measured` contains one vector (n,) for each record. The mean may lie between a cold and a hot
+    log, where friction was not measured.
     """
     values = np.concatenate(measured)
     return float(values[np.argmin(np.abs(values - np.mean(values)))])
@@ -415,7 +415,6 @@ def _effort(log: Log, stream: Stream, bench: Bench) -> Vector:
 
 
 def _servo_effort(log: Log, stream: Stream, bench: Bench) -> Vector:
-    """Return the effort (n,) [N m] of a servo, computed from goal and position."""
     if "reference" not in stream.signals:
         raise LogError(
             log.source,

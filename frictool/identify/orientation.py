@@ -126,10 +126,7 @@ def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) ->
 def _negative_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> str | None:
-    """Return a text with the negative inertia or friction of a record, or None.
-
-    Only the larger of inertia times rms acceleration and friction is tested.
-    """
+    """Return a text with the negative inertia or friction of a record, or None."""
     try:
         samples, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
         if "coulomb" in parameters_of(samples)[1]:

@@ -1,9 +1,9 @@
 """Comparison of the identified half widths with the half widths in the test's `promise.yaml`.
 
 `promise.yaml` states for each parameter the half width to expect from a test of `frictool excite`.
-If an identified half width is larger, the reasons that the log shows are listed in this order:
-length of the log, noise of the drive, noise of the position, and Cramér-Rao bound of the recorded
-strokes. If none of these applies, the reason is an effect that the friction model does not include.
+An identified half width may be larger because the log is too short, because drive or position are
+too noisy, or because the Cramér-Rao bound of the recorded strokes is too large. If none of these
+reasons applies, the friction model lacks an effect.
 """
 
 from __future__ import annotations
@@ -88,12 +88,12 @@ def compare_with_promise(
     bench
         Bench of the identification.
     promise
-        Promise of the test.
+        Half widths to expect from the test.
 
     Returns
     -------
     list of PromisedParameter
-        One entry per parameter, with the reasons for a larger half width.
+        One entry per parameter.
 
     Raises
     ------

@@ -224,9 +224,9 @@ def _solution(simulated: ServoSimulation, fit: SimulationFit) -> LeastSquaresSol
 def _rounding(simulated: ServoSimulation, fit: SimulationFit) -> Vector:
     """Return the standard deviation (p,) of the parameters due to errors common to a whole log.
 
-    The firmware rounds a position, which is therefore wrong by up to half an encoder count. The
-    clock of the firmware is shifted by up to half a period against the log. Both errors have a
-    uniform distribution, are constant during a log, and are independent between logs.
+    The position that the firmware rounds is wrong by up to half an encoder count, and the clock of
+    the firmware is shifted by up to half a period against the log. Both errors are uniformly
+    distributed, constant during a log, and independent between logs.
     """
     inverse = np.linalg.pinv(_of_driven_viscous(simulated.names, fit))
     edges = np.cumsum([one.last - one.first for one in simulated.segments])[:-1]

@@ -56,9 +56,9 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     """Return the accepted parameters and the final fit, with widened intervals.
 
     The final fit is a second fit, in which the refused parameters have their values in the model
-    (`fixed_parameter_refit.py`). If the second fit does not explain the effort, or refuses a
-    parameter that `fit` identifies, a value of the bench contradicts the log. The final fit is then
-    `fit`.
+    (`fixed_parameter_refit.py`). The final fit is `fit` if the second fit does not explain the
+    effort or refuses a parameter that `fit` identifies: a value of the bench then contradicts the
+    log.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
@@ -89,8 +89,8 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    The intervals do not change in two cases. First, the drive was off, so that no effort shows the
-    effects. Second, a comparison method has a large force error, of which `fit_warnings` warns.
+    The intervals do not change if the drive was off, since no effort shows the effects, or if a
+    comparison method has a large force error, of which `fit_warnings` warns.
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):

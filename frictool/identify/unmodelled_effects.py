@@ -174,10 +174,9 @@ def _of_windows(
 ) -> list[AcceptedEffects]:
     """Return the part of the changes with longer windows that chance does not explain.
 
-    `smoother` is the regression over windows of twice the length. The fit approximates a delay and
-    a resonance to first order, which is valid if the window is longer than the delay or the period
-    of the resonance. A fit with this approximation is also compared with the regressions over the
-    same windows and over the longest windows.
+    `smoother` is the regression over windows of twice the length. If the fit approximates a delay
+    or a resonance to first order, the fit is also compared with `plain` and with the regression
+    over the longest windows.
     """
     before = plain.intervals()
     out = []
@@ -206,7 +205,6 @@ def _of_noise(
 
 
 def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -> AcceptedEffects:
-    """Return the part of the changes from `before` to `smoother` that chance does not explain."""
     after = smoother.intervals()
     shift = {
         name: unlikely_change(before[name], after[name])
@@ -227,7 +225,7 @@ def _of_delay(
 
     Each Gauss-Newton step delays or filters the effort by the present estimate and fits the
     remaining delay to first order. A lag is tried only if the effort is early, since the inverse of
-    a lag would amplify the noise of the effort.
+    a lag would amplify noise.
     """
     late = fit.effects.get(DELAY)
     if late is None:

@@ -31,8 +31,7 @@ USUAL = AssessmentRequest()
 class NotIdentifiable(FrictoolError):
     """Error: the bench cannot reach a requested precision.
 
-    The message names the parameters. If a finer encoder or a longer test would reach the precision,
-    the message names this remedy.
+    The message names the parameters and, if a finer encoder or a longer test helps, this remedy.
     """
 
     exit_code = EXIT_NO
@@ -48,8 +47,8 @@ class ParameterAssessment:
     - target: the smaller of `wanted` and `known`
     - least: Cramér-Rao bound of the proposed test; None for breakaway and presliding
     - doubled: precision with an encoder of twice the resolution; None if it cannot be computed
-    - step: largest encoder step [rad | m] with which the parameter is identifiable; None if even
-      FINEST times the bench's step does not suffice
+    - step: largest encoder step [rad | m] with which the parameter is identifiable; None if even a
+      step of FINEST times the bench's step is too large
     - counts: counts per revolution of an encoder with this step; None for a linear axis
     """
 
@@ -73,8 +72,8 @@ class Assessment(ResultView):
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
-    - drive: shortest times to 95 % of a position step that the drive allows; None if the distance
-      of the step is unknown
+    - drive: shortest times in which the drive can complete 95 % of a position step; None if the
+      distance of the step is unknown
     """
 
     bench: Bench
@@ -143,9 +142,9 @@ def _row(
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
-    """Return the largest encoder step, at most the bench's step, that gives the precision `target`.
+    """Return the largest encoder step that gives the precision `target`, at most the bench's step.
 
-    Return None if even FINEST times the step of the bench does not give this precision.
+    Return None if even a step of FINEST times the bench's step does not give this precision.
     """
 
     def fine(step: float) -> bool:

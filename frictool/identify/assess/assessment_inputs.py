@@ -13,7 +13,7 @@ from frictool.identify.excite.breakaway_ramps import SEGMENTS, breakaway_range, 
 from frictool.identify.excite.cramer_rao import PlannedStroke, PriorAxis, SensorPrecision
 from frictool.identify.excite.sines import plan
 
-# largest ratio of the longest to the shortest a-priori time constant with which a filter is tuned
+# largest ratio of the longest to the shortest a-priori time constant for which a filter is tuned
 KNOWN_DYNAMICS = 10.0
 PRESLIDING = {"linear": 1e-5, "rotary": 1e-3}  # m (table 3.1); rad (10 um at a radius of 10 mm)
 

@@ -47,7 +47,7 @@ def _wanted(rows: Sequence[ParameterAssessment]) -> str:
 
 
 def _times_as_long(row: ParameterAssessment) -> float:
-    """Return the factor by which a longer test would reach the precision; inf if unknown."""
+    """Return the factor by which the test must be longer to reach the precision; inf if unknown."""
     precision = row.verdict.precision
     return math.inf if precision is None else (precision / row.target) ** 2
 

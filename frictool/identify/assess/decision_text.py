@@ -25,7 +25,7 @@ ENDS = {  # last line of the scheme of a sliding parameter, by the proposed meth
 
 
 def scheme(assessment: Assessment) -> list[str]:
-    """Return the lines of the scheme: questions with their answers, and the resulting methods."""
+    """Return the decision scheme as lines of text: questions, answers and resulting methods."""
     rows = {row.parameter: row for row in assessment.rows}
     inertia, viscous = rows["inertia"], rows["viscous"]
     lines = [

@@ -98,10 +98,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return a text that says why differences of samples are too imprecise.
-
-    The text also states the precision of least squares.
-    """
+    """Return a text that says how imprecise differences of samples and least squares are."""
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:
@@ -143,7 +140,7 @@ def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
 
 
 def statistical(facts: AssessmentInputs) -> dict[str, float]:
-    """Return for each parameter the relative 95 % half width of least squares over windows."""
+    """Return the relative 95 % half width of each parameter by least squares over windows."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[0]
 
 

@@ -73,10 +73,7 @@ def _strokes(record: MotionRecord) -> Vector:
 
 
 def _representatives(strokes: Vector) -> tuple[PlannedStroke, ...]:
-    """Return at most MOST strokes that represent the m rows (duration, distance) of `strokes`.
-
-    Each stroke is repeated in both directions; the numbers of repetitions sum to m/2.
-    """
+    """Return at most MOST strokes that represent the m rows (duration, distance) of `strokes`."""
     order = strokes[np.argsort(strokes[:, 0], kind="stable")]
     count = min(MOST, order.shape[0])
     chosen = order[((np.arange(count) + 0.5) * order.shape[0] / count).astype(np.int64)]

@@ -102,7 +102,7 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the mean breakaway, only of forward ramps if breakaway varies with position."""
+        """Return the mean breakaway; of forward ramps only, if breakaway varies with position."""
         return self.interval if self.by_position is None else self.by_position.forward
 
 
@@ -175,7 +175,6 @@ def breakaway(
 
 
 def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
-    """Raise UnusableLogs if a load starts the axis: the breakaway at a position is not positive."""
     position = np.linspace(law.low, law.high, GRID_POINTS)
     for side, powers in zip(("forward", "backward"), law.powers, strict=True):
         level = np.polynomial.polynomial.polyval(position, np.array(powers))
@@ -245,8 +244,8 @@ def _levels(structure: PolynomialOrders) -> list[Vector]:
 class BreakawayErrors:
     """Errors of the coefficients (p,) of the polynomials of a `BreakawayFit`.
 
-    - ranges: for each axis parameter and for the rest position, changes (p,) of the coefficients at
-      the low and at the high end of its range
+    - ranges: one entry for each axis parameter and for the rest position: changes (p,) of the
+      coefficients if this quantity has the low and the high end of its interval
     - falls: for each allowed Stribeck curve, changes (p,) of the coefficients relative to those for
       the nominal curve
     - half_step: half of the increase of a ramp in one sample, N m | N

@@ -368,6 +368,6 @@ def onset_times(
 def search_span(resolution: float, rate: Vector, inertia: float, counts: float) -> Vector:
     """Return the times (m,) [s] in which ramps of effort move an inertia by `counts` encoder steps.
 
-    Each ramp starts at 0 and grows by `rate` (m,) per s. No friction acts on the inertia.
+    The effort starts at 0 and grows at `rate` (m,) [N m/s | N/s]. No friction acts on the inertia.
     """
     return np.asarray(np.cbrt(6.0 * counts * resolution * inertia / rate))

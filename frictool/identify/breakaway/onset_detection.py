@@ -26,8 +26,8 @@ MOVED_COUNTS = 0.5  # least net distance of a motion, in counts
 CHANGES_USED = 4
 FEWEST_ONSETS = 5
 FEWEST_SAMPLES = 12  # least number of samples of the line at the end of a ramp
-# change of a ramp's level at its end by curves that counts as curved: in standard deviations, and
-# relative to the level
+# least difference at the end of a ramp between a cubic and a line at which the ramp is curved: in
+# standard deviations, and relative to the effort
 SIGNIFICANT, CURVED = 4.0, 2e-3
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
 # the ramp has ended if the effort is below the line by more than this many standard deviations

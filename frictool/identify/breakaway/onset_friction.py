@@ -208,7 +208,6 @@ class OnsetData:
         return math.inf if total > most * order.size else total / order.size
 
     def _compared(self) -> IntVector:
-        """Return the indices of at most ONSETS_COMPARED onsets, evenly spaced."""
         return np.arange(0, len(self.onsets), math.ceil(len(self.onsets) / ONSETS_COMPARED))
 
     def fall_range(
@@ -229,7 +228,7 @@ class OnsetData:
         ends = [end for end in ends if end["inertia"] > 0.0]
         rate = float(np.mean([onset.rate for onset in self.onsets]))
         scale = float(np.cbrt(self.table.resolution**2 * rate / nominal["inertia"]))
-        # the onsets that contradict a slow fall most come first
+        # the onsets that contradict a slow decrease of friction most come first
         slow = self.table.efforts(nominal, shape, 0.5, NO_FALL, self._compared())[2]
         misfits = [
             partial(self.misfit, parameters, shape, np.argsort(-slow))

@@ -124,7 +124,7 @@ def allowed_fall(
 
     included: list[StribeckFall] = []
     for column in columns:
-        # falls between the outermost allowed ones are not examined
+        # curves between the outermost allowed curves are not examined
         first = next((k for k, fall in enumerate(column) if is_allowed(fall)), None)
         if first is not None:
             last = next(k for k in reversed(range(len(column))) if is_allowed(column[k]))

@@ -14,8 +14,8 @@ steps fit the sliding parameters together with these loads and effects.
 4. The methods of steps 2 and 3 are compared with output error by their prediction of strokes that
    the fit did not use (`method_comparison`). The preferred method is used if its prediction error
    is at most a tenth larger than the smallest prediction error.
-5. If these steps do not identify the inertia, the weak form estimates it if `assess` proposes this
-method. Otherwise, output error estimates the inertia, without derivatives.
+5. If these steps do not identify the inertia, the weak form estimates the inertia if `assess`
+   proposes this method. Otherwise, output error estimates the inertia.
 
 If more than 70 % of the motion is at constant speed, and the bench declares no loads, the Stribeck
 curve is fitted to the parts at constant speed (`stribeck_curve`). If the above steps identify the
@@ -98,8 +98,9 @@ def _with_simulated_inertia(
     """Return `fit` with the inertia estimated by output error, which needs no differentiation.
 
     The simulation does not include disturbing effects; their effort widens the interval of the
-    inertia. Errors of the simulated position that resemble the motion by the inertia shift the
-    inertia by at most the ratio of the two (rms), which also widens its interval.
+    inertia. The interval is also widened for errors of the simulated position that look like a
+    change of the inertia. The relative half width added for them is the rms position error divided
+    by the rms motion that is due to the inertia.
 
     `fit` is returned unchanged if this ratio is 1 or more, if the simulation contradicts the
     friction of `fit`, or if the bench has a load.
@@ -227,8 +228,8 @@ def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifia
     """Return the verdict on identifying a parameter: whether, how precisely, and by which method.
 
     The required relative half width is the smaller of WANTED and the relative half width in
-    bench.yaml. If the logs cannot reach this precision, the half width in bench.yaml is required
-    instead. If bench.yaml states no interval, the half width there is taken as 100 %.
+    bench.yaml (1 if bench.yaml states no interval). If the logs cannot reach this precision, the
+    half width in bench.yaml is required instead.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))

@@ -2,9 +2,9 @@
 
 M_2 is the 2 x 2 submatrix of the normal matrix for viscous and Coulomb friction. For a sine of
 amplitude sqrt(2) in SI units, the condition number of M_2 is 19, the least possible for a sine
-(thesis 4.29 to 4.33). The identified values are equal to those of `power_balance`, because every
-fit of frictool scales its columns to unit length. In addition, this method reports the condition
-numbers of M_2 before and after the multiplication.
+(thesis 4.29 to 4.33). The identified values are those of `power_balance`, because every fit of
+frictool scales its columns to unit length. The fit also reports the condition numbers of M_2 before
+and after the multiplication.
 """
 
 from __future__ import annotations
@@ -29,10 +29,8 @@ BEST_SPEED = math.sqrt(2.0)  # speed amplitude with the least condition (4.30)
 def condition_m2(velocity: Vector, sign: Vector) -> float:
     """Return the condition number of M_2, the normal matrix of viscous and Coulomb friction.
 
-    - velocity, sign: velocity [rad/s | m/s] and direction of motion (+-1) of each row, (n,)
-
-    The number is computed from singular values of the rows, because eigenvalues of M_2 would lose
-    half of the digits.
+    `velocity` [rad/s | m/s] and `sign` (+1 or -1), each (n,), are the velocity and the direction of
+    motion of each row.
     """
     singular = np.linalg.svd(
         np.linalg.qr(np.column_stack((velocity, sign)), mode="r"), compute_uv=False

@@ -151,7 +151,6 @@ class ReducedRows:
         return self._left([k for k in self.columns(hypotheses) if k != 0], 0)
 
     def _left(self, columns: Sequence[int], target: int) -> float:
-        """Return the mean square of the column `target` after a least-squares fit by `columns`."""
         triangle = merged(self.sides[:, :, [*columns, target]])
         return float(triangle[-1, -1] ** 2) / self.samples.velocity.size
 

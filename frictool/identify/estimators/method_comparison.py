@@ -92,7 +92,7 @@ class PredictionScore:
 class ComparedData:
     """Logs of an axis, and the regressions that are compared on these logs.
 
-    `fits`: fits of the regressions to all logs, in the order of preference.
+    - fits: fits of the regressions to all logs, in the order of preference
     """
 
     records: list[MotionRecord]

@@ -77,10 +77,10 @@ class StrokeMeans:
         return np.diff(np.append(self.starts, self.speed.size))
 
     def piece(self, low: float, high: float) -> Vector:
-        """Return the regressor (m,) of viscous friction between the speeds `low` and `high`.
+        """Return the regressor (m,) of viscous friction between two speeds [rad/s | m/s].
 
         A sample has the value 0 below `low`, |v| - low in between, and high - low above `high`,
-        with the sign of the direction. The speeds are in rad/s | m/s.
+        with the sign of the direction.
         """
         within = np.minimum(np.maximum(self.speed, low), high)
         return self.sign * self.mean(within - low)
@@ -189,10 +189,7 @@ def _bends(means: StrokeMeans, knees: tuple[float, ...], confidence: float) -> b
 
 
 def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float, ...] | None:
-    """Return `knees` with one more knee, all knees at their best speeds, or None.
-
-    The result is None if no speed is possible for one more knee.
-    """
+    """Return `knees` with one more knee, all at their best speeds; None if no speed is possible."""
     slow = np.sort(means.mean(means.speed))
     fast = np.sort(np.maximum.reduceat(means.speed, means.starts))
     if slow.size < 2 * FEWEST_ROWS or slow[FEWEST_ROWS - 1] >= fast[-FEWEST_ROWS]:

@@ -96,10 +96,7 @@ def highest_peak(
 
 
 def snapped(peak: SpectrumPeak) -> float:
-    """Return the wave number [1/rad] of a peak on a rotary axis, rounded if nearly a whole number.
-
-    A whole wave number is a whole number of cycles per turn.
-    """
+    """Return the wave number [1/rad] of a peak on a rotary axis, rounded if nearly whole."""
     nearest = float(round(peak.number))
     near = abs(nearest - peak.number) <= min(SNAP * peak.resolution, FARTHEST)
     return nearest if near and nearest >= 1.0 else peak.number

@@ -59,8 +59,7 @@ def _fit(
 def path(samples: RegressionSamples, of_stroke: float) -> Matrix:
     """Return the estimates of inertia, viscous, Coulomb and offset after each row, (n, 4).
 
-    Estimates are NaN as long as the rows do not determine all parameters. The test for this uses
-    columns of unit length, so that the result does not depend on the units.
+    Estimates are NaN as long as the rows do not determine all parameters.
     """
     rows = np.column_stack((*samples.columns, samples.effort))
     scale = np.linalg.norm(rows[:, :-1], axis=0)

@@ -40,8 +40,7 @@ if TYPE_CHECKING:
 
 STEP = 1e-4  # step of the differences, in units of a parameter's scale
 MOST_RUNS = 60  # largest number of evaluations in the trust region
-# largest residual of a simulation relative to the signals, and residual of a failed simulation; it
-# makes the search turn back
+# largest residual of a simulation, and residual of a failed simulation, relative to the signals
 FAILED = 1e3
 # share of a closed-loop segment that is ignored at its start, since the log does not give the
 # initial state of the loop
@@ -81,9 +80,8 @@ class SegmentSimulation:
     ) -> Vector:
         """Return the residual (m,) of one segment.
 
-        In open loop, `error` (m,) [N m | N] is added to the measured effort. If the simulation
-        fails, each residual is the same large number. An unstable axis moves away exponentially;
-        its residuals are limited to this number.
+        In open loop, `error` (m,) [N m | N] is added to the measured effort. Each residual is
+        limited to `failed_residual`, which is also the residual of a failed simulation.
         """
         p, load = axis_and_load(values, self.bench, segment.record)
         state = _state(segment, p)
@@ -172,10 +170,7 @@ def observer_rate(record: MotionRecord) -> float:
 
 
 def observer_gains(record: MotionRecord) -> Vector:
-    """Return the observer's gains (2,) for position [-] and velocity [1/s].
-
-    With these gains, the observer's error decays at `observer_rate`.
-    """
+    """Return the observer's gains (2,) for position [-] and velocity [1/s]."""
     rate = observer_rate(record)
     return np.array([2.0 * rate * record.period, rate**2 * record.period])
 
@@ -200,7 +195,7 @@ def failed_residual(segment: RecordSegment) -> float:
 
 
 def motion_size(segments: Sequence[RecordSegment]) -> MotionSize:
-    """Return the size of the motion in all segments; the speed is a mean over 1 % of a segment."""
+    """Return the size of the motion in all segments."""
     travel = speed = squares = 0.0
     for segment in segments:
         position, period = segment.position, segment.record.period

@@ -291,16 +291,13 @@ def runs_prevail(records: list[MotionRecord]) -> bool:
 
 
 def _share(rows: list[RunRow], records: list[MotionRecord]) -> float:
-    """Return the share of the moving samples in runs, with their first and last blocks."""
+    """Return the share of the moving samples in runs, with the ends in which the speed settles."""
     moving = sum(np.count_nonzero(find_strokes(record).sign) for record in records)
     return sum(row[3] + 2.0 * BLOCK for row in rows) / max(moving, 1)
 
 
 def _rows(records: list[MotionRecord]) -> list[RunRow]:
-    """Return a row for each run or, if there are too few runs, for each whole stroke.
-
-    There may be too few runs, for example, if a ripple of the servo's position exceeds two counts.
-    """
+    """Return a row for each run or, if there are too few runs, for each whole stroke."""
     rows = [row for record in records for row in _runs(record)]
     if _enough(*_directions(rows)):
         return rows
@@ -371,7 +368,7 @@ def _straight(record: MotionRecord, first: int, last: int) -> bool:
 
 
 def _row(record: MotionRecord, first: int, last: int) -> list[RunRow]:
-    """Return a list with one row for a run without its first and last block.
+    """Return a list with one row for a run without its first and last block of samples.
 
     The speed settles in these blocks. The list is empty if too few samples or counts are left.
     """

@@ -141,8 +141,7 @@ def choose_structure(
 ) -> HeldOutPrediction:
     """Return the prediction with the best load terms, or with those that the bench declares.
 
-    To find the best terms, terms are added one at a time. `known` are the start values of the
-    parameters, SI.
+    `known` are the start values of the parameters, SI.
     """
     best = predict_halves(sides, bench, declared_terms(bench), known)
     errors = dict(best.errors)

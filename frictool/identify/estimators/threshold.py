@@ -24,8 +24,7 @@ def threshold(
 ) -> SlidingFit:
     """Return inertia, viscous friction, Coulomb friction and offset from fast samples.
 
-    A sample is used if |v| exceeds a threshold. Raises UnusableLogs if too few samples are above
-    the threshold.
+    Raises UnusableLogs if too few samples are faster than the threshold.
     """
     return differenced_fit(records, bench, settings, lambda rows: faster(rows, settings.threshold))
 

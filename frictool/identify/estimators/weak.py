@@ -85,7 +85,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if parameters_of(samples) == (SLIDING, {}):
         structure = choose_structure(samples, parts, OVERLAP, settings.confidence)
     samples = _chosen(samples, parts, structure)
-    # further columns explain a part of the acceleration, so that a longer window is better
+    # columns of position and knees explain a part of the acceleration: a longer window is better
     if structure != FrictionStructure():
         share = samples.own_acceleration**2 / float(np.mean(samples.acceleration**2))
         deviation, window = weak_deviation(strokes, axis, sensing, settings.window, share)
@@ -126,7 +126,6 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
 
 
 def _widened(fit: SlidingFit, noise: float, confidence: float) -> Interval:
-    """Return the interval of the inertia, which noise reduces by the share `noise`."""
     inertia = fit.parameters["inertia"]
     if not np.isfinite(inertia.half_width):
         return inertia

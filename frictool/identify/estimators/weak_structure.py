@@ -109,7 +109,6 @@ class _Comparison:
         return None if squares is None else by_stroke(squares, self.stroke)
 
     def of_best_order(self) -> tuple[FrictionStructure, Vector | None]:
-        """Return the structure with the chosen order, and squared prediction errors (s,)."""
         errors = {
             order: squares
             for order in range(HIGHEST + 1)

@@ -144,7 +144,7 @@ def unsaid_load(bench: Bench) -> str | None:
 def axis_known(bench: Bench) -> PriorAxis:
     """Return the a-priori axis with nominal inertia and friction, and the largest backlash.
 
-    A friction parameter with the value 0 is replaced by the upper end of its interval.
+    A friction of 0 is replaced by the upper end of its interval.
     """
     known = bench.mechanics
     backlash = max(known.backlash.interval) if known.backlash else 0.0

@@ -271,10 +271,7 @@ def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> Simul
 
 
 def _axis(bench: Bench, which: int) -> AxisParameters:
-    """Return the axis number `which`.
-
-    0 is the lightest axis with the strongest actuator, 1 the nominal axis, and 2 the heaviest axis.
-    """
+    """Return the lightest axis with the strongest actuator (0), the nominal (1) or heaviest (2)."""
     known, actuator = bench.mechanics, bench.actuator
 
     def at(quantity: Quantity, end: int = which) -> float:

@@ -117,8 +117,8 @@ def _stroke(
 ) -> PlannedStroke:
     """Return the stroke of a sine with the frequency f, the amplitude A and the top speed 2 pi f A.
 
-    A setting that is None becomes as large as the limits allow. If all settings are None, the best
-    stroke is chosen.
+    A setting that is None becomes as large as the limits allow. If all settings are None, the
+    stroke with the smallest Cramér-Rao bounds is chosen.
     """
     speed, frequency = settings.speed, settings.frequency
     if settings.amplitude is None and speed is None and frequency is None:

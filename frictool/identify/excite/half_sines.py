@@ -61,8 +61,8 @@ def reachable_speed(limits: BenchLimits, distance: float) -> float:
 
     Along a half sine, the acceleration and the speed are 90 degrees out of phase. The largest
     effort is therefore sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load, with the
-    top speed V and w = 2 V/distance. The largest effort must not exceed TOP_SHARE of the effort at
-    the drive's limit. Raises NoSolutionError if friction and load need all of this effort.
+    top speed V and w = 2 V/distance. This effort must not exceed TOP_SHARE of the effort at the
+    drive's limit. Raises NoSolutionError if friction and load need all of the allowed effort.
     """
     left = spare_effort(limits)
     fourth = (2.0 * limits.inertia / distance) ** 2

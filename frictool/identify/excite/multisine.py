@@ -39,10 +39,7 @@ def crest(phases: Vector) -> float:
 
 
 def low_crest(harmonics: int) -> Vector:
-    """Return the phases (harmonics,) in rad with the lowest crest factor that the search reaches.
-
-    The crest factor is never above the crest factor of Schroeder's phases.
-    """
+    """Return the phases (harmonics,) in rad with the lowest crest factor that a search reaches."""
     phases = best = schroeder(harmonics)
     for _ in range(SWAPS):
         speed = _period(phases)

@@ -12,7 +12,7 @@ WIDTH, HEIGHT = 7.0, 1.8  # size of each panel, inches
 
 
 def picture(sequence: ExcitationSequence) -> str:
-    """Return the plot as an `<svg>` element; equal sequences give identical bytes."""
+    """Return the plot as an `<svg>` element."""
     with drawing(sequence.kind):
         figure = Figure(figsize=(WIDTH, HEIGHT * len(sequence.columns)), layout="constrained")
         axes = figure.subplots(len(sequence.columns), 1, sharex=True, squeeze=False)[:, 0]

@@ -108,10 +108,7 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
 
 
 def _onsets(single: float, common: float, limit: float) -> float:
-    """Return the smallest even number of onsets for which the breakaway's error is at most `limit`.
-
-    Return inf if no number suffices.
-    """
+    """Return the least even number of onsets for a breakaway error of at most `limit`, or inf."""
     if common >= limit:
         return math.inf
     scatter = single**2 - common**2

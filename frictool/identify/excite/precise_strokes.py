@@ -34,7 +34,7 @@ QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
 EXPECTED_FACTOR = 1.3
 PAUSE = 0.1  # s, duration of one pause
 KIND = "strokes"
-# largest number of corrections of the variance limits by the ratio of expected deviation to bound
+# largest number of times that the variance limits are corrected by expected deviation over bound
 CORRECTIONS = 8
 MORE = 1.02  # factor on this ratio, so that the corrections end
 
@@ -199,8 +199,7 @@ def _expected_deviation(
 ) -> Vector:
     """Return the standard deviations (p,) of least squares over windows; 0 for loads.
 
-    The deviations exceed the Cramér-Rao bound. `identify` uses this estimator or a better
-    estimator.
+    These deviations exceed the Cramér-Rao bound.
     """
     strokes = [
         replace(one.stroke, times=float(count))
@@ -216,7 +215,6 @@ def _expected_deviation(
 def _without_effects(
     bench: Bench, request: PrecisionRequest, program: StrokeProgram
 ) -> StrokeProgram:
-    """Return the program without the parameters of the effects, which are the last parameters."""
     size = program.limit.size - len(worst_axis(bench, request.effects).effects)
     return replace(
         program, information=program.information[:, :size, :size], limit=program.limit[:size]
@@ -291,7 +289,6 @@ def stroke_motion(
 
 
 def _part(start: float, end: float, speed: float, period: float) -> Motion:
-    """Return a stroke from `start` to one sample period before the arrival at `end`."""
     stroke = PlannedStroke(speed, abs(end - start))
     samples = max(2, math.ceil(stroke.duration / period))
     duration = samples * period

@@ -98,8 +98,8 @@ def shortest(program: StrokeProgram) -> Vector | None:
 def best_within(program: StrokeProgram, duration: float) -> Vector | None:
     """Return the repetitions (k,) of the most precise test of at most `duration` [s].
 
-    All limits are multiplied by a common factor, which a bisection chooses such that the shortest
-    test has this duration. Return None if no factor gives such a test.
+    The variance limits are multiplied by a common factor such that the shortest test has this
+    duration. Return None if no factor gives such a test.
     """
     shares = _shares(program)
     if shares is None:
@@ -175,7 +175,6 @@ def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _shortened(program: StrokeProgram, times: Vector) -> Vector:
-    """Return `times` (k,) with strokes replaced by shorter ones where the limits permit."""
     if times.sum() > MOST_EXCHANGED:
         return times
     by_duration = np.argsort(program.duration, kind="stable")

@@ -153,10 +153,7 @@ def _tried(
     bench: Bench,
     reasons: dict[str, str | None],
 ) -> dict[str, str | None]:
-    """Return the reasons against each method, from a trial of the methods on the first samples.
-
-    If the log has more samples than the trial, only the reasons of `reasons` are returned.
-    """
+    """Return `reasons`, replaced by those of a trial of the methods unless the log is too long."""
     if any(one.opening.time.size < one.base.samples for one in surveys):
         return reasons
     from frictool.identify.method_trials import tried_methods  # loads every method

@@ -84,8 +84,7 @@ class ReversalRows:
     def inside(self, width: float) -> Matrix:
         """Return the weighted means (n, 2) of direction and velocity inside the backlash.
 
-        `width` is the full width of the backlash [rad | m]. Samples outside the backlash count as
-        0.
+        `width` is the full width of the backlash [rad | m]. Samples outside count as 0.
         """
         share = np.clip(
             (width - self.advance) / np.maximum(np.abs(self.moving) * self.period, self.count)
@@ -115,7 +114,7 @@ def reversals(
     widest = WIDEST * float(np.median([stroke.distance for stroke in facts.strokes]))
     gap = full_backlash(bench)
     step = max(record.resolution for record in records)
-    # the second pass uses rows past the estimated backlash if the bench's is narrower
+    # repeated with the estimated backlash if the backlash in bench.yaml is narrower
     for _ in range(2):
         late = _over_windows(partial(_delay, records, gap, confidence), windows)
         known = late if isinstance(late, Interval) else Interval.around(0.0, facts.sensing.period)
@@ -136,7 +135,7 @@ def reversals(
 def _over_windows(
     estimate: Callable[[int], Interval], windows: list[int]
 ) -> Interval | UnusableLogs:
-    """Return the estimate with the first window, and an interval that covers the intervals of all.
+    """Return the estimate with the first window, with an interval that covers those of all windows.
 
     `windows` are lengths in samples. The effect of the encoder's noise differs between windows.
     """

@@ -41,12 +41,12 @@ def model_panels(outcome: IdentifiedModel, request: IdentificationRequest) -> li
 
 
 def model_picture(outcome: IdentifiedModel, panels: Sequence[FigurePanel]) -> str:
-    """Return the panels as one `<svg>` element; equal identifications give identical bytes."""
+    """Return the panels as one `<svg>` element."""
     return picture(panels, f"{outcome.model.name}: identified model")
 
 
 def model_page(outcome: IdentifiedModel, panels: Sequence[FigurePanel]) -> str:
-    """Return the HTML page of a model with `panels`; equal identifications give identical bytes."""
+    """Return the HTML page of a model with `panels`."""
     model, result = outcome.model, outcome.result
     rows = parameter_intervals(model)
     identified = sum(row.identified for row in rows)

@@ -64,7 +64,7 @@ def panel_figure(panels: Sequence[FigurePanel]) -> Figure:
 
 
 def scatter(axes: Axes, abscissa: Vector, ordinate: Vector, colour: str, label: str) -> None:
-    """Draw samples (n,) as faint dots, as a raster image because a log has many samples."""
+    """Draw samples (n,) as faint dots, in a raster image."""
     axes.plot(
         abscissa,
         ordinate,

@@ -145,7 +145,7 @@ def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
 
 
 def _held_out(loops: PreslidingLoops, path: Path, start: Vector) -> Vector:
-    """Return the force error (n,) of the rows; a fit to each half of the rows predicts the other.
+    """Return the force error (n,) in a half of the branches that a fit to the other half predicts.
 
     Pairs of branches are assigned to the two halves in turn.
     """

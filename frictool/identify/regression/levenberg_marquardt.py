@@ -19,7 +19,7 @@ DAMPING_STEP = 10.0  # factor of the damping after a refused step, divisor after
 
 
 class LeastSquares(NamedTuple):
-    """Unknowns (n,) with the smallest sum, their residuals (m,), and their evaluation's number."""
+    """Unknowns (n,) with the smallest sum of squares, residuals (m,), and number of evaluations."""
 
     unknowns: Vector
     residual: Vector

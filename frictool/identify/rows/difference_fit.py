@@ -107,8 +107,8 @@ def _rows(record: MotionRecord, time_constant: float) -> RegressionSamples:
 def _low_pass(signal: Vector, time_constant: float, period: float) -> Vector:
     """Return a signal (n,) filtered by 1/(time_constant s + 1), discretised by Tustin's method.
 
-    Zero-order hold would pass a part of the encoder's noise at half the sampling rate, which would
-    change the inertia in table 4.1 of the thesis by -13 %. The filter starts settled at the first
+    Zero-order hold would pass a part of the encoder's noise at half the sampling rate, which
+    changes the inertia in table 4.1 of the thesis by -13 %. The filter starts settled at the first
     value.
     """
     if time_constant == 0.0:

@@ -59,7 +59,8 @@ def rows_of(
 ) -> FrictionRows:
     """Return the rows whose windows are centred at the samples in `mask` (n,).
 
-    The axis must slip during each whole window of `window` samples. `sign` (n,) is the direction.
+    The axis must slip during each whole window of `window` samples. `sign` (n,) is the direction of
+    motion.
     """
     shortened = max(SHORTEST, 2 * int(0.5 * SPEED_SHARE * window) + 1)
     slope = savitzky_golay(shortened, CUBIC, 1, record.period, last_first=True)

@@ -33,7 +33,7 @@ from frictool.identify.rows.load_terms import (
 from frictool.identify.rows.smoothing import bump
 from frictool.typing import Vector
 
-# least share of a harmonic that the other columns must leave unexplained; 1 for whole cycles
+# least share of a harmonic that the other columns must not explain; 1 over whole cycles
 LEAST_SHARE = 0.005
 
 
@@ -81,8 +81,6 @@ def _smoothed(values: Vector, window: int, period: float) -> Vector:
 
 def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
     """Return the parameters of harmonics for which the travel is too short, with the reasons.
-
-    Over a short travel, a harmonic cannot be separated from the other terms.
 
     - plain: triangular matrices of g groups of rows, (g, q, q), with the columns `names` and the
       target

@@ -247,9 +247,8 @@ def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
 def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
     """Return the bench with the load terms `terms`; a bench that declares load terms is unchanged.
 
-    A regression and a simulation with the same terms have comparable parameters. With different
-    terms, the offsets of the two fits differ. For example, a single viscous coefficient shifts the
-    offset if viscous friction differs by direction.
+    Only fits with the same terms have comparable parameters. For example, a single viscous
+    coefficient shifts the offset if viscous friction differs by direction.
     """
     if bench.load is not None:
         return bench

@@ -110,8 +110,8 @@ class OmittedParameters:
     def _hidden_load_shift(self, cluster: IntVector, confidence: float) -> Vector:
         """Return the change (p,) of the fitted parameters if the fit includes the hidden loads.
 
-        The half widths of the fit with hidden loads are added to the change. If this fit is not
-        determined, the change is inf.
+        The half widths of the fit with hidden loads are added. The result is inf if this fit is not
+        determined.
         """
         with_loads, without = (
             self._solution([*self.free, *more], cluster) for more in (self._hidden, [])

@@ -7,9 +7,9 @@ the other intervals.
 Noise makes the fitted inertia too small. If all strokes have one speed, only the samples near
 reversals separate viscous from Coulomb friction. The error of the inertia then shifts viscous and
 Coulomb friction. The intervals of the other parameters therefore include the fits with every
-inertia from the fitted value to the value without this error (`_unattenuated`). If
-noise may hide the inertia completely (`hidden_by_noise`), the other parameters are fitted with the
-bench's inertia, and their intervals include its range.
+inertia from the fitted value to the value without this error (`_unattenuated`). If noise may hide
+the inertia completely (`hidden_by_noise`), the other parameters are fitted with the inertia in
+bench.yaml, and their intervals include the range of this inertia.
 
 The smoothing window is chosen twice. The first window is so long that noise hardly changes the
 inertia. The second is the shortest window with which noise decreases the fitted inertia by less
@@ -121,8 +121,8 @@ def _unattenuated(result: SlidingFit, own: float, noise: float, bench: Bench) ->
     """Return the fitted inertia, with an interval that includes the inertia of a fit without noise.
 
     Noise with the rms `noise` multiplies the inertia by 1 - noise^2/own^2, where `own` is the rms
-    of the acceleration that the other regressors do not explain. The upper end is at most the
-    larger of two upper ends: that of the interval in bench.yaml, and that of the fitted interval.
+    of the acceleration that the other regressors do not explain. The upper end is limited to that
+    in bench.yaml or, if larger, that of the fitted interval.
     """
     fitted = result.parameters["inertia"]
     left = max(1.0 - noise**2 / own**2, 0.0)
@@ -161,10 +161,9 @@ def known_inertia(bench: Bench) -> Interval:
 
 
 def _bearable_share(result: SlidingFit, confidence: float) -> float:
-    """Return the largest allowed ratio of noise to acceleration.
+    """Return the largest allowed ratio of noise to acceleration, at most LARGEST_SHARE.
 
-    With this ratio, noise decreases the inertia by BIAS_SHARE times the standard deviation of the
-    inertia. The ratio is at most LARGEST_SHARE.
+    With this ratio, noise decreases the inertia by BIAS_SHARE times its standard deviation.
     """
     inertia = result.parameters.get("inertia")
     if inertia is None or inertia.value <= 0.0:

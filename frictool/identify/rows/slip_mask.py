@@ -112,13 +112,13 @@ def mean_velocity(
     """Fill `out` (n,) with mean velocities, each over the time of a motion by `distance`.
 
     `number` (n,) is the number of the stroke of each sample. The first motion begins with the
-    stroke. Each further motion begins where the previous one ends. The last motion of a stroke may
-    be shorter than `distance`: it ends where the last position of the stroke is first reached.
+    stroke, each other motion where the previous motion ends. The last motion of a stroke may be
+    shorter: it ends where the last position of the stroke is first reached.
 
-    At the samples after this end, the axis rests or turns. An axis that turns with a constant
-    deceleration, without a rest, stays in its last count for at most TURN c/v. Here c is the count,
-    and v the speed before this count. If the samples last longer, their velocity is 0. Otherwise,
-    it is the velocity of the last motion.
+    After this end, the axis rests or turns. An axis that turns with a constant deceleration,
+    without a rest, stays in its last count for at most TURN c/v. Here c is the count, and v the
+    speed before this count. If the axis stays longer, the velocity in this count is 0, else that of
+    the last motion.
     """
     turn = TURN / COUNTS * distance
     first = 0

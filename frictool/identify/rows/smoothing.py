@@ -156,8 +156,7 @@ def filter_blocks(
     """Fill `out` (3, n) with smoothed acceleration, velocity and effort, SI.
 
     The first and last (w - 1)/2 columns of `out` are not written, because the window of w samples
-    does not fit there. Each filter coefficient is applied to a whole block of samples, so that all
-    samples have the same additions in the same order.
+    does not fit there.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ def validation_panels(validation: Validation) -> list[FigurePanel]:
 
 
 def picture(validation: Validation, panels: Sequence[FigurePanel], name: str) -> str:
-    """Return the panels as one `<svg>` element; equal validations give identical bytes."""
+    """Return the panels as one `<svg>` element."""
     return panel.picture(panels, f"{name}: measured and simulated, {validation.loop} loop")
 
 

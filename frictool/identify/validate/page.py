@@ -28,7 +28,7 @@ def validation_page(
     warnings: Sequence[str],
     provenance: Provenance,
 ) -> str:
-    """Return the HTML page of a validation; equal arguments give equal texts."""
+    """Return the HTML page of a validation."""
     unit = si_unit("position", validation.axis)
     return render_page(
         Path(__file__).parent,

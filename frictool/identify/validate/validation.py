@@ -331,10 +331,9 @@ def _servo_position(model: Model, piece: RecordSegment) -> Vector:
 def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
     """Return the parameters of the axis without end stops, and the state at the start of the piece.
 
-    The lag is taken from the record. Presliding friction starts without deflection. If friction
-    depends on temperature and the record contains a temperature, friction is computed for the mean
-    temperature of the piece. Raises NoSolutionError if the model's presliding law does not support
-    the axis.
+    The lag is that of the record. Presliding friction starts without deflection. Friction over
+    temperature is computed for the mean measured temperature of the piece. Raises NoSolutionError
+    if the model's presliding law does not support the axis.
     """
     axis = axis_of(model)
     try:
@@ -359,7 +358,7 @@ def replayed_position(model: Model, piece: RecordSegment) -> Vector:
     """Return the position (n,) [rad | m] of a model that is driven by the measured effort.
 
     The simulation covers one segment of a record, and starts at the measured position and speed.
-    NoSolutionError is raised if the simulation fails.
+    Raises NoSolutionError if the simulation fails.
     """
     n = piece.last - piece.first
     position, velocity = np.empty(n), np.empty(n)
