@@ -179,7 +179,7 @@ class Cycle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `reference`: Constant position reference [rad | m].
     - `amplitude`: Half the peak-to-peak value of the position [rad | m].
-    - `period_s`: Time between turning points on the same side.
+    - `period_s`: Time between two successive maxima of the position.
     """
 
     reference: float

@@ -278,7 +278,7 @@ def drive_dimension(drive: Literal["current", "voltage"], *, constant: bool) -> 
 
 
 def chosen_dimension(unit: str, dimension: str) -> tuple[str, Axis]:
-    """Return which of the dimensions CHOICES[dimension] a unit measures, and the kind of axis.
+    """Return the dimension among CHOICES[dimension] that a unit measures, and the kind of axis.
 
     Raises ValueError if the unit measures none of them.
     """

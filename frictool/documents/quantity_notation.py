@@ -42,7 +42,7 @@ def axis_dimension(dimension: str, drive: Literal["current", "voltage"]) -> str:
 
 
 def quantity_form(required: Sequence[str], values: Mapping[str, str]) -> str:
-    """Return how a quantity is written, with `..` for each required key that has no value.
+    """Return the notation of a quantity, with `..` for each required key without a value.
 
     >>> quantity_form(["value", "unit"], {"unit": "A"})
     '{value: .., unit: A}'

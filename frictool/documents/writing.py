@@ -58,15 +58,7 @@ _Dumper.ignore_aliases = lambda self, data: True  # type: ignore[method-assign] 
 def to_yaml(document: msgspec.Struct) -> str:
     """Return the YAML text of a document.
 
-    Parameters
-    ----------
-    document : msgspec.Struct
-        Document of any type.
-
-    Returns
-    -------
-    str
-        The text, with keys in the order of the type. Unset optional keys are omitted.
+    The keys have the order of the document's type. Optional keys without a value are omitted.
     """
     tree: dict[str, Any] = drop_unset(msgspec.to_builtins(document))
     return tree_to_yaml(tree)

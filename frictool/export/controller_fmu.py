@@ -29,21 +29,12 @@ def controller_fmu(
 ) -> dict[str, bytes]:
     """Return the Functional Mock-up Unit of a controller (file name -> content).
 
-    Parameters
-    ----------
-    controller, program : Controller, Program
-        The controller and its program.
-    number : {"double", "float"}
-        Number format of the code.
-    sources : mapping of str to str
-        Files of `--lang c`; the header and the source are used.
-    origin : ExportOrigin
-        Origin of the controller's document.
+    - program: program of the controller
+    - number: number format of the code
+    - sources: files of `--lang c`, of which the header and the source are used
+    - origin: origin of the controller's document
 
-    Raises
-    ------
-    NoSolutionError
-        If the number format is fixed point.
+    Raises NoSolutionError if the number format is fixed point.
     """
     if number not in KINDS:
         raise NoSolutionError(

@@ -224,16 +224,10 @@ def functions_text(
 ) -> str:
     """Return the C file with the functions of FMI.
 
-    Parameters
-    ----------
-    template : str
-        Template that extends `fmi3.c.jinja`.
-    origin : ExportOrigin
-        Origin of the document.
-    provided : collection of str
-        Functions of `ABSENT` that the template provides.
-    **values
-        Values of the template.
+    - template: template that extends `fmi3.c.jinja`
+    - origin: origin of the document
+    - provided: functions of `ABSENT` that the template provides
+    - values: values of the template
     """
     absent = [
         (function, parameters, [LAST_WORD.search(one)[1] for one in parameters.split(",") if one])  # type: ignore[index]

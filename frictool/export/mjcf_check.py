@@ -86,23 +86,13 @@ class MjcfCheck:
 def mjcf_check(model: Model, text: str, log: Log) -> MjcfCheck:
     """Simulate an exported MJCF file and the model with the effort of a log, and compare them.
 
-    Parameters
-    ----------
-    model : Model
-        Complete model.
-    text : str
-        MJCF file of the model.
-    log : Log
-        Log with position and effort, matched to the model's bench.
+    - model: complete model
+    - text: MJCF file of the model
+    - log: log with position and effort, matched to the model's bench
 
-    Raises
-    ------
-    FrictoolError
-        If MuJoCo is not installed or does not read the file.
-    LogError
-        If the log lacks a signal or has a gap in its first samples.
-    NoSolutionError
-        If the simulation of the model fails.
+    Raises FrictoolError if MuJoCo is not installed or does not read the file, LogError if the log
+    lacks a signal or has a gap in its first samples, and NoSolutionError if the simulation of the
+    model fails.
     """
     mujoco = _mujoco()
     position, effort, period = _record(log)

@@ -63,30 +63,11 @@ class ModelExport:
 def export_model(
     model: Model, language: str, settings: ModelExportSettings, origin: ExportOrigin
 ) -> ModelExport:
-    """Export a model to a simulator or a drive.
+    """Export a model to a simulator or a drive; return the files, and notes on the files.
 
-    Parameters
-    ----------
-    model : Model
-        Model to export.
-    language : str
-        Name of a language for models (`languages.py`).
-    settings : ModelExportSettings
-        Options of the export.
-    origin : ExportOrigin
-        Origin of the model's document.
-
-    Returns
-    -------
-    ModelExport
-        The files, and notes on the files.
-
-    Raises
-    ------
-    NoSolutionError
-        If the language cannot represent a feature of the model and the feature is not left out.
-    InputFileError
-        If a file of the settings does not fit the model.
+    `language`: name of a language for models (`languages.py`). `origin`: origin of the model's
+    document. Raises NoSolutionError if the language cannot represent a feature of the model and the
+    feature is not left out, and InputFileError if a file of the settings does not fit the model.
     """
     assert language in MODEL_LANGUAGES
     files, notes = WRITERS[language](model, settings, origin)

@@ -100,21 +100,12 @@ def without_features(
 ) -> tuple[Model, list[str]]:
     """Return the model without the features in `without`, and a line for each removed feature.
 
-    Parameters
-    ----------
-    model : Model
-        Model to export.
-    target : str
-        Name of the target, for the message.
-    held : collection of str
-        Features that the target can represent.
-    without : collection of str
-        Features that the user leaves out.
+    - target: name of the simulator or drive, for the message
+    - held: features that the target can represent
+    - without: features that the user leaves out
 
-    Raises
-    ------
-    NoSolutionError
-        If the model has a feature that the target cannot represent and that is not in `without`.
+    Raises NoSolutionError if the model has a feature that the target cannot represent and that is
+    not in `without`.
     """
     present = [name for name, feature in FEATURES.items() if feature.present(model)]
     refused = [name for name in present if name not in held and name not in without]

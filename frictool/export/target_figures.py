@@ -110,23 +110,13 @@ def target_figures(
 ) -> TargetFigures:
     """Return size and instruction count of exported C on the processor `target` of bench.yaml.
 
-    Parameters
-    ----------
-    name : str
-        Prefix of the files.
-    files : mapping
-        Text of each file of the export, by name.
-    program : Program
-        Program of the controller.
-    kind : str
-        C type of the values in the program.
-    target : Target
-        Target of the bench.
+    - name: prefix of the files
+    - files: text of each file of the export, by name
+    - program: program of the controller
+    - kind: C type of the values in the program
+    - target: key `target` of the bench
 
-    Raises
-    ------
-    FrictoolError
-        If a tool fails.
+    Raises FrictoolError if a tool fails.
     """
     if shutil.which(COMPILER) is None or shutil.which(SIZE) is None:
         return TargetFigures(target.core, missing=COMPILER)

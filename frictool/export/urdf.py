@@ -126,24 +126,14 @@ def urdf_files(
 ) -> tuple[Mapping[str, str | bytes], list[str]]:
     """Return the robot description with the model's damping and friction, and notes.
 
-    Parameters
-    ----------
-    model : Model
-        Model of the joint; its viscous friction becomes `damping` (N m s/rad | N s/m) and its
-        Coulomb friction becomes `friction` (N m | N).
-    path : Path
-        URDF, xacro or SDF file.
-    name : str or None
-        Name of the joint; None takes the only joint of the model's kind.
-    without : collection of str
-        Features of the model that are left out.
+    - model: model of the joint; its viscous friction becomes `damping` (N m s/rad | N s/m), its
+      Coulomb friction becomes `friction` (N m | N)
+    - path: URDF, xacro or SDF file
+    - name: name of the joint; None selects the only joint of the model's kind
+    - without: features of the model that are left out
 
-    Raises
-    ------
-    InputFileError
-        If the file is no robot description, or has no such joint.
-    NoSolutionError
-        If the model has a feature that a joint's dynamics cannot represent.
+    Raises InputFileError if the file is no robot description or has no such joint, and
+    NoSolutionError if the model has a feature that a joint's dynamics cannot represent.
     """
     model, notes = without_features(model, "URDF and SDF", (), without)
     notes += left_out_levels(model, "breakaway", "offset")

@@ -148,7 +148,7 @@ def _required(problem: SynthesisProblem) -> tuple[int, ...]:
 
 
 def unstable_earlier(vertices: tuple[stored.Vertex, ...], delay: int) -> str:
-    """Return a note on loops that are unstable with a delay shorter than `delay`; "" if none is.
+    """Return a note on loops that are unstable with a delay shorter than `delay`, else "".
 
     vertices: results of the check at each vertex. delay: delay in bench.yaml [samples].
     """

@@ -2,8 +2,9 @@
 
     C(z) = N(z)/A(z),   z = (q + p)/(q - p):   C = sum n_j p^j q^(m - j) / sum a_j p^j q^(m - j)
 
-m is the number of states. A is the characteristic polynomial of the complete state matrix,
-including states that do not affect the output. All arithmetic uses integers and fractions.
+m is the number of states, and p/q the bilinear variable (z - 1)/(z + 1). A is the characteristic
+polynomial of the complete state matrix, including states that do not affect the output. All
+arithmetic uses integers and fractions.
 """
 
 from __future__ import annotations

@@ -26,11 +26,7 @@ def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
 def check_box(controller: Controller) -> None:
     """Check that a document's parameter intervals contain its vertices and the bench's ranges.
 
-    Raises
-    ------
-    NoSolutionError
-        If a vertex, or a range in the document's bench, is not within the document's intervals, or
-        if the document has no vertex.
+    Raises NoSolutionError if they do not, or if the document has no vertex.
     """
     vertices = vertex_points(controller)
     holder = (
@@ -56,12 +52,7 @@ def check_box(controller: Controller) -> None:
 def check_corners(controller: Controller) -> None:
     """Check that every corner of the certificate's parameter intervals is a vertex of the document.
 
-    A document without a certificate passes.
-
-    Raises
-    ------
-    NoSolutionError
-        If a corner is not a vertex.
+    A document without a certificate passes. Raises NoSolutionError if a corner is not a vertex.
     """
     if controller.certificate is None:
         return

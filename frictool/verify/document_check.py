@@ -86,14 +86,10 @@ def limiter_brake(
 def check_document(controller: Controller, *, margins: bool = False) -> None:
     """Check the loops of a document from its coefficients.
 
-    margins: True to also compare the stored margins with recomputed margins.
-
-    Raises
-    ------
-    NoSolutionError
-        If the document contradicts its bench, a loop at a vertex is unstable or has less than the
-        specified margin, the stored forms of the linear controller differ, or the anti-windup is
-        unstable.
+    margins: True to also compare the stored margins with recomputed margins. Raises NoSolutionError
+    if the document contradicts its bench, a loop at a vertex is unstable or has less than the
+    specified margin, the stored forms of the linear controller differ, or the anti-windup is
+    unstable.
     """
     _of_its_bench(controller)
     if controller.velocity.observer is not None:

@@ -47,13 +47,9 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
     """Return the margins of the controller's loops at the corners of the model's intervals.
 
     Each interval contains the parameter's interval in the model and its range in the model's bench,
-    for all directions, speed regimes and positions (adapters/parameter_intervals.py).
-
-    Raises
-    ------
-    FrictoolError
-        If the axis, drive, period, delay or time constant of the model's bench differs from that of
-        the controller.
+    for all directions, speed regimes and positions (adapters/parameter_intervals.py). Raises
+    FrictoolError if the axis, drive, period, delay or time constant of the model's bench differs
+    from that of the controller.
     """
     ours, theirs = controller.bench, model.bench
     pairs = {

@@ -62,7 +62,7 @@ def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ObserverSpeed,
 def check_observer(observer: Observer, hold: Held = float) -> None:
     """Raise NoSolutionError if the estimation error does not decay while the axis slips.
 
-    An observer with this property diverges in any loop.
+    An observer whose error does not decay diverges in any loop.
     """
     for one in _alone(observer, hold):
         radius = spectral_radius(one.system.a)

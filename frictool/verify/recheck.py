@@ -81,7 +81,7 @@ class Verification(ResultView):
 
 
 def verify(controller: Controller, model: Model | None = None) -> Verification:
-    """Prove the certificate of a controller in integers, and recompute the stored values.
+    """Prove the certificate of a controller, and recompute the stored values.
 
     The stored values are those under the keys `verified` and `schedule` of the document.
 
@@ -126,13 +126,10 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
 def recheck(controller: Controller) -> None:
     """Check a document before its coefficients are used: intervals, stability and margins.
 
-    Raises
-    ------
-    NoSolutionError
-        If the document's intervals do not contain the parameter ranges of the bench, a corner of
-        the certificate's intervals is not a vertex, a loop at a vertex is unstable or has less
-        than the specified margin, or a margin under `verified` differs from that of the
-        coefficients.
+    Raises NoSolutionError if the document's intervals do not contain the parameter ranges of the
+    bench, a corner of the certificate's intervals is not a vertex, a loop at a vertex is unstable
+    or has less than the specified margin, or a margin under `verified` differs from that of the
+    coefficients.
     """
     check_document(controller, margins=True)
     check_box(controller)

@@ -36,8 +36,8 @@ class LoopCheck:
 def is_required(checked: int, delay: int) -> bool:
     """Return True if loops must be stable at a delay of `checked` samples.
 
-    This is so for `delay`, the delay in bench.yaml, and for longer delays. A loop that is unstable
-    at a shorter delay is reported, but allowed.
+    Loops must be stable at `delay`, the delay in bench.yaml, and at longer delays. A loop that is
+    unstable at a shorter delay is reported, but allowed.
     """
     return checked >= delay
 

@@ -84,7 +84,7 @@ def minus(x: Form, y: Form) -> Form:
 def inverse(x: Form) -> Form:
     """Return 1/x of the Taylor form x; the radius is infinite if x contains zero.
 
-    1/(c + h) = 1/c - h/c^2 + h^2/(c^2 (c + h))
+    With h the deviation of x from c: 1/(c + h) = 1/c - h/c^2 + h^2/(c^2 (c + h))
     """
     c, t, k, s, r = x
     size = c.real * c.real + c.imag * c.imag

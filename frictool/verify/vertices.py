@@ -10,10 +10,7 @@ from frictool.plant.polytope import PlantPoint
 def vertex_points(controller: Controller) -> tuple[PlantPoint, ...]:
     """Return the plants of a controller document's vertices.
 
-    Raises
-    ------
-    NoSolutionError
-        If the document has no vertex, so that its loop cannot be verified.
+    Raises NoSolutionError if the document has no vertex, so that its loop cannot be verified.
     """
     vertices = controller.verified.vertices
     if not vertices:

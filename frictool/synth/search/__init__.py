@@ -1,6 +1,8 @@
 """Search for a design whose controller meets a specification in simulation.
 
-model, spec ──design_scales.py──▶ DesignScales DesignScales, parameters ──candidate families──▶
-Design ──candidate_controller.py──▶ Controller Controller ──simulation by the caller──▶ distances to
-limits ──played_search.py──▶ FamilyOutcome
+design_scales.py            model, spec ──▶ DesignScales
+candidate families          DesignScales, parameters ──▶ Design
+candidate_controller.py     Design ──▶ Controller
+simulation by the caller    Controller ──▶ distances to the limits
+played_search.py            distances to the limits ──▶ FamilyOutcome
 """

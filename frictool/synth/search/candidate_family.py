@@ -31,16 +31,10 @@ class SearchedParameter:
 class CandidateFamily:
     """Family of designs of one structure and method.
 
-    Attributes
-    ----------
-    name : str
-        Description of the family in messages.
-    parameters : tuple of SearchedParameter
-        Parameters that the search varies.
-    design : callable
-        `design(scales, values)` returns a design; `values` maps parameter names to numbers.
-    candidates : int
-        Largest number of candidates that the search simulates.
+    - name: description of the family in messages
+    - parameters: parameters that the search varies
+    - design: `design(scales, values)` returns a design; `values` maps parameter names to numbers
+    - candidates: largest number of candidates that the search simulates
     """
 
     name: str
@@ -58,7 +52,7 @@ class CandidateFamily:
         ]
 
     def values(self, unit: Vector) -> dict[str, float]:
-        """Return a dictionary from parameter name to value at a point (d,) of the unit cube."""
+        """Return parameter name -> value at a point (d,) of the unit cube."""
         inside = np.clip(unit, 0.0, 1.0)
         return {
             one.name: float(one.low * (one.high / one.low) ** share)

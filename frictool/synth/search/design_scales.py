@@ -29,22 +29,12 @@ STATIC_ERROR = 0.04  # width of the band without static_error, as a share of the
 class DesignScales:
     """Scales of one bench and specification, in SI units.
 
-    Attributes
-    ----------
-    bench : Bench
-        The bench.
-    response, step : float
-        Specified response time [s], and length of the longest step [rad | m].
-    dead_time : float
-        Dead time of the loop without the speed filter [s].
-    gain : tuple of float
-        Smallest and largest acceleration per unit of the drive, K/J.
-    braking : float
-        Deceleration of the slowest plant with the drive at its limit [rad/s^2 | m/s^2].
-    friction : float
-        Deceleration by Coulomb friction, F/J of the model [rad/s^2 | m/s^2].
-    band : float
-        Largest position error at rest [rad | m].
+    - response, step: specified response time [s], and length of the longest step [rad | m]
+    - dead_time: dead time of the loop without the speed filter [s]
+    - gain: smallest and largest acceleration per unit of the drive, K/J
+    - braking: deceleration of the slowest plant with the drive at its limit [rad/s^2 | m/s^2]
+    - friction: deceleration by Coulomb friction, F/J of the model [rad/s^2 | m/s^2]
+    - band: largest position error at rest [rad | m]
     """
 
     bench: Bench

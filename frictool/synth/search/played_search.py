@@ -90,22 +90,14 @@ class Candidate:
 class FamilyOutcome:
     """Result of the search in one family.
 
-    Attributes
-    ----------
-    family : str
-        Description of the family.
-    candidates : int
-        Number of candidates played.
-    best : Candidate or None
-        The candidate that passed, else the candidate with the smallest shortfall; None if no
-        candidate could be played.
-    passed, with_reserve : bool
-        `passed`: True if the best candidate meets every requirement. `with_reserve`: True if the
-        best candidate meets every requirement with the reserve.
-    refusals : tuple of str
-        Reasons why candidates that passed the simulation were not verified.
-    trade : tuple of Candidate
-        Candidates in the order in which they were played, to show the trade-off.
+    - family: description of the family
+    - candidates: number of candidates played
+    - best: candidate that passed, else the candidate with the smallest shortfall; None if no
+      candidate could be played
+    - passed, with_reserve: True if the best candidate meets every requirement, without or with the
+      reserve
+    - refusals: reasons why candidates that passed the simulation were not verified
+    - trade: candidates in the order in which they were played, to show the trade-off
     """
 
     family: str
@@ -133,18 +125,11 @@ class _ExhaustedError(Exception):
 class CandidateSearch:
     """Search for the best parameters of a family.
 
-    Attributes
-    ----------
-    family : CandidateFamily
-        Designs to search.
-    scales : DesignScales
-        Scales of the rig and the specification.
-    tests : PlayedTests
-        Simulated tests in the order of their cost.
-    controller : callable
-        `controller(design)` returns the controller to play; raises FrictoolError.
-    verify : callable
-        `verify(design)` raises FrictoolError if the controller is not accepted.
+    - family: designs to search
+    - scales: scales of the rig and the specification
+    - tests: simulated tests in the order of their cost
+    - controller: `controller(design)` returns the controller to play; raises FrictoolError
+    - verify: `verify(design)` raises FrictoolError if the controller is not accepted
 
     The other fields are the state of the search.
     """
