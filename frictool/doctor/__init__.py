@@ -1,4 +1,1 @@
-"""Checks of an installation: versions, compiled kernels, solver, C compiler and machine.
-
-Each check runs a part of the installation.
-"""
+"""Checks of an installation: versions, compiled kernels, solver, C compiler and machine."""

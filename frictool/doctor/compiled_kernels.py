@@ -49,10 +49,6 @@ def check_compiling() -> InstallationFinding:
 
 
 def _polynomial(x: float, order: int) -> float:
-    """Return 1 + x + ... + x^order.
-
-    The result is exact in double precision for the x and `order` of the check.
-    """
     total = 1.0
     for _ in range(order):
         total = 1.0 + x * total

@@ -15,7 +15,7 @@ class InstallationFinding:
     - state: `ok`; `note` if frictool works with restrictions; `wrong` if it does not work
     - finding: description of the state as text
     - remedy: advice for the user
-    - facts: the same data as values for JSON
+    - facts: data of `finding` as values for JSON
     """
 
     name: str

@@ -60,8 +60,7 @@ def compile_all(
 
     A row is (module, name, kind, types).
 
-    Kernels that call other kernels come first, so that each kernel is compiled once. `progress` is
-    called with the completed fraction, 0 to 1.
+    `progress` is called with the completed fraction, 0 to 1.
     """
     rows = all_rows() if rows is None else rows
     done, count = Compilation(), _Count()
@@ -78,7 +77,7 @@ def compile_all(
 
 
 def all_rows() -> list[list[Any]]:
-    """Return the rows of `kernels.json`, after rows for the other kernels of friction laws."""
+    """Return the rows of `kernels.json`, and rows for friction-law kernels that this file lacks."""
     listed: list[list[Any]] = json.loads(LIST.read_bytes())
     known = {(module, name) for module, name, *_ in listed}
     added = []
@@ -180,10 +179,7 @@ def kept(folder: Path) -> Iterator[list[Any]]:
 
 
 def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:
-    """Yield a row (module, name, kind, types) for each callable signature of a kernel.
-
-    A signature is callable if Python can call it directly or by a function pointer.
-    """
+    """Yield a row (module, name, kind, types) for each kernel signature that Python can call."""
     kernel: Any = getattr(importlib.import_module(module), name, None)
     for signature, *_ in signatures if kernel is not None else ():
         try:

@@ -74,10 +74,7 @@ def check_temporary() -> InstallationFinding:
 
 
 def check_terminal() -> InstallationFinding:
-    """Check that the terminal's encoding can show the characters that frictool prints.
-
-    Files are always written as UTF-8, but terminal output uses the encoding of the locale.
-    """
+    """Check that the terminal's encoding can show the characters that frictool prints."""
     encoding = (
         (getattr(sys.stdout, "encoding", None) or locale.getpreferredencoding(False))
         .lower()

@@ -25,7 +25,7 @@ def slip_force(velocity: float, direction: float, coulomb: float, viscous: float
 def breakaway_direction(effort: float, forward: float, backward: float) -> float:
     """Return the direction, +1 or -1, in which an effort moves a body at rest; 0 if it sticks.
 
-    `forward`, `backward`: breakaway in each direction, >= 0.
+    `forward`, `backward`: breakaway in each direction, >= 0 [N | N m], the unit of `effort`.
     """
     if effort > forward:
         return 1.0

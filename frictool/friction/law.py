@@ -155,10 +155,10 @@ class Law:
     def pack_shared(
         self, values: Values, axis: Axis = "linear", tail: Vector | None = None
     ) -> Vector:
-        """Return p from the values of a friction.yaml or model.yaml; raise as `pack` does.
+        """Return p from the values of a friction.yaml or model.yaml.
 
-        `LawParameter.comparison_value` converts the values to the parameters of this law. A
-        parameter without a value has its default.
+        Raises ValueError as `pack` does. `LawParameter.comparison_value` converts the values to the
+        parameters of this law. A parameter without a value has its default.
         """
         chosen = {}
         for parameter in self.parameters:

@@ -66,7 +66,7 @@ def lagged_film(film: float, v_start: float, v_end: float, lag: float, step: flo
 def delayed_film(history: Vector, v: float) -> float:
     """Return the velocity n samples ago as the film velocity, and store v in `history` (n + 1,).
 
-    history: index of the oldest velocity, then the last n velocities. With n = 0, v is returned.
+    history: index of the oldest velocity, then the last n velocities. If n = 0, v is returned.
     """
     count = history.shape[0] - 1
     if count == 0:

@@ -62,7 +62,7 @@ def bank_force(
 ) -> float:
     """Return the force [N | N m] after a monotonic movement by `moved` [m | rad].
 
-    The deflections (N,) are not changed.
+    `limit` is z_max [m | rad]. The deflections (N,) are not changed.
     """
     count = deflections.shape[0]
     total = 0.0
@@ -74,7 +74,10 @@ def bank_force(
 
 @kernel
 def bank_move(deflections: Vector, moved: float, tail: Vector, limit: float) -> None:
-    """Move the deflections (N,) by `moved` [m | rad], in place, each within its yield limit."""
+    """Move the deflections (N,) by `moved` [m | rad], in place, each limited to +-d_i z_max.
+
+    `limit` is z_max [m | rad].
+    """
     for i in range(deflections.shape[0]):
         bound = tail[i] * limit
         deflections[i] = min(max(deflections[i] + moved, -bound), bound)

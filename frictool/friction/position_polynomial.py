@@ -51,8 +51,7 @@ def normalised_coefficients(
 ) -> tuple[float, ...]:
     """Return the coefficients that `normalise` returns, from a cache.
 
-    The cache saves time because all random plants of a model have the same polynomial. Raises
-    ValueError as `normalise` does.
+    Raises ValueError as `normalise` does.
     """
     return tuple(map(float, normalise(np.array(coefficients), low, high)[0]))
 

@@ -67,8 +67,7 @@ def _unit_force(memory: Vector, z: float, table: Vector) -> float:
 def preisach_move(memory: Vector, z: float, table: Vector, limit: float) -> int:
     """Move monotonically to the displacement z and update the memory; return a status code.
 
-    The memory has positions in units of the largest presliding, and forces in units of the
-    breakaway.
+    Positions in the memory are in units of `limit` = z_max, forces in units of the breakaway.
     """
     position = min(max(z / limit, -1.0), 1.0)
     return remember(memory, position, _unit_force(memory, position, table))

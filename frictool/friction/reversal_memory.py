@@ -45,8 +45,7 @@ def new_memory(depth: int) -> Vector:
 def surviving(memory: Vector, z: float) -> tuple[int, bool]:
     """Return the number of reversals that remain after a monotonic movement to z, and a flag.
 
-    The flag is True if the present position becomes a new reversal. The memory is not changed, so
-    that a solver may try any z before it calls `remember`.
+    The flag is True if the present position becomes a new reversal. The memory is not changed.
     """
     here = memory[POSITION]
     count = int(memory[COUNT])

@@ -32,7 +32,6 @@ def straight_from(velocity: float, exponent: float) -> float:
 
 @kernel
 def _power(ratio: float, exponent: float) -> float:
-    """Return ratio^exponent for ratio >= 0, without pow for the exponents 1 and 2."""
     if exponent == 2.0:
         return ratio * ratio
     return ratio if exponent == 1.0 else ratio**exponent

@@ -22,7 +22,6 @@ PARQUET_MAGIC = b"PAR1"
 class FleetLog:
     """Log file of a fleet.
 
-    path: path of the file.
     name: path that is shown to the user (see `members`).
     """
 
@@ -120,10 +119,6 @@ def _footer(stream: BinaryIO) -> bytes:
 
 
 def _opens_with(footer: bytes, names: Sequence[str]) -> bool:
-    """Return True if frictool wrote this Parquet footer and `names` are the first columns.
-
-    The footer contains the column names in order, each after one byte with its length. Files
-    written by frictool also contain the text "frictool" with the version.
-    """
+    """Return True if frictool wrote this Parquet footer and `names` are the first columns."""
     positions = [footer.find(bytes([len(name)]) + name.encode()) for name in names]
     return positions[0] >= 0 and positions == sorted(positions) and b"frictool" in footer

@@ -103,8 +103,6 @@ def ingest(
         File to write. After an error, the file is unchanged.
     bench : Bench, optional
         Bench with `columns` that describe the files; not needed for canonical logs.
-    request : IngestRequest, optional
-        Options of the conversion.
 
     Returns
     -------

@@ -253,7 +253,6 @@ def _renamed(loss: DataLoss, topics: dict[str, str]) -> DataLoss:
 class PendingStream:
     """Stream that is ready to be written.
 
-    head: topic, fields and units.
     samples: samples within the window, in log time.
     first: log time in ns of the first sample.
     intervals: statistics of the sample intervals, filled while the samples are written.
@@ -325,10 +324,7 @@ def assemble_log(made: LogAssembly) -> Log:
 
 
 def start_streams(made: LogAssembly, window: TimeWindow = EVERYTHING) -> list[PendingStream]:
-    """Return the streams that have a sample in the window, and set the origin of the log's time.
-
-    The first sample of every stream is read, because the log starts at the earliest clock time.
-    """
+    """Return the streams that have a sample in the window, and set the origin of the log's time."""
     begun = []
     for flow in made.flows:
         pieces = flow.samples(made.salvage)

@@ -76,13 +76,6 @@ def _vector(name: str, channel: str, values: ArrayLike) -> np.ndarray:
 def write_log(log: Log, path: Path | str) -> None:
     """Write a log as canonical MCAP; after an error `path` is unchanged.
 
-    Parameters
-    ----------
-    log : Log
-        Log to write.
-    path : Path or str
-        File to write.
-
     Raises
     ------
     LogError

@@ -3,9 +3,9 @@
     MotionBlock ──wear/──▶ WearEstimate after each move ─┐
                 ──velocity.py──▶ velocity ───────────────┴─friction_tracker.py──▶ friction
 
-The estimates at a sample use no later sample. A move is the motion from one rest or reversal to the
-next. The wear estimate changes only at the end of a move; before the end of the first move, the
-estimate is the prior.
+The estimates are causal. A move is the motion from one rest or reversal to the next. The wear
+estimate changes only at the end of a move; before the end of the first move, the estimate is the
+prior.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 The wear is the factor between the friction of the unit and the friction of the model. Errors that
 both estimates have in common cancel in the ratio: a wrong actuator constant
 (wear/constant_error.py), and a factor between the friction of the new unit and the model. The error
-FLOOR of the dependence of friction on position and speed (wear/wear_estimator.py) cancels, too. It
-is nevertheless part of both intervals, so that the interval of the ratio is too wide.
+FLOOR of the dependence of friction on position and speed (wear/wear_estimator.py) cancels, too.
+Because FLOOR is part of both intervals, the interval of the ratio is too wide.
 """
 
 from __future__ import annotations

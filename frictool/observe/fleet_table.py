@@ -45,7 +45,7 @@ class FleetRow:
     - ratio: wear divided by the wear of the unit at commissioning; None if this is unknown
     - verdict: comparison of the wear with the limit; None if there is no limit or no outcome
     - reason: reason for the verdict, or for a missing result
-    - first: True if this log is the first of its unit, with which later logs are compared
+    - first: True if this log is the first of its unit; later logs are compared with it
     """
 
     file: str
@@ -113,7 +113,7 @@ def rows(
     """Return one row per log, sorted by unit, date and file.
 
     - limit: largest allowed wear. If the wear at commissioning is known, the limit applies to the
-      ratio of the wear to it.
+      wear divided by the wear at commissioning.
     - commissioning: wear at commissioning of all units. If None, each unit is compared with its
       first log that has an estimate.
     """

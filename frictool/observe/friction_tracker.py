@@ -121,8 +121,8 @@ def _unsure(quantity: Quantity, part: float) -> Vector:
 def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
     """Return the arrays `factors` (3, 3) and `zones` (k, 5) of kernels/friction_interval.py.
 
-    `rough` is the relative half width of the friction at one position. The squares of `rough` and
-    of the relative half width of the wear are added.
+    Relative half width: sqrt(rough^2 + w^2), where `rough` is that of the friction at one position,
+    and w that of the wear.
     """
     is_added = estimate.kind == "additive" and estimate.added is not None
     both = EstimateRange(1.0, 1.0, 1.0) if is_added else estimate.wear

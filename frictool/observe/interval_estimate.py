@@ -19,8 +19,8 @@ class EstimateRange:
     def over(self, other: EstimateRange) -> EstimateRange:
         """Return the ratio of this estimate to an independent one; both values must be positive.
 
-        The relative half width of the result is the root of the sum of the squares of the relative
-        half widths of both estimates, computed separately for the lower and the upper end.
+        The relative half width of the result is sqrt(a^2 + b^2) with the relative half widths a and
+        b of both estimates, separately for the lower and the upper end.
         """
         ratio = self.value / other.value
         below = ((self.value - self.low) / self.value) ** 2 + (

@@ -160,7 +160,7 @@ class LogObserver:
         if self.wear.estimate.moves:
             return []
         if self.feed.gaps * OFTEN > self.feed.samples:
-            grid = f"resample it first: `frictool ingest --resample {self.feed.period:.6g}`"
+            grid = f"resample the log first: `frictool ingest --resample {self.feed.period:.6g}`"
             return [
                 f"no move determines the wear: the log has {self.feed.gaps} gaps in time, "
                 f"and a move must not contain a gap; {grid}"

@@ -140,7 +140,7 @@ def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
 
 
 def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
-    """Return a table with name and text of each result of the outcome."""
+    """Return a table with the name and the value, as text, of each result."""
     estimate = outcome.estimate
     effort = si_unit("effort", model.axis)
     position = si_unit("position", model.axis)

@@ -42,10 +42,7 @@ class ObserverOutput:
 
 
 class ObserverRun:
-    """Observer with its state, for a run along successive blocks of samples.
-
-    The state is kept from one block to the next unless there is a gap between them.
-    """
+    """Observer with its state, for a run along successive blocks of samples."""
 
     def __init__(self, observer: Observer) -> None:
         self.program, self.observer_nodes = observer_program(observer)

@@ -344,7 +344,7 @@ def _refuse_clock(source: str, broken: float, period: float) -> None:
     )
     raise LogError(
         source,
-        f"{reason}; resample it first: "
+        f"{reason}; resample the log first: "
         f"`frictool ingest {Path(source).name} --resample {period:.6g}`",
     )
 

@@ -6,8 +6,7 @@
 
 control/tracking_observer.py defines the observer. If the drive has a lag, the effort of a period is
 the mean of the samples at both ends of the period. The period after the last sample of a block is
-therefore processed with the next block. A drive without a lag keeps its value over the period. The
-estimate at a sample uses no later sample.
+therefore processed with the next block. A drive without a lag keeps its value over the period.
 """
 
 from __future__ import annotations

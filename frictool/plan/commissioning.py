@@ -145,7 +145,6 @@ def next_step(
 
 
 def _refusals(result: Identification, names: Sequence[str]) -> str:
-    """Return the reasons for which parameters are not identified, as text."""
     reasons: dict[str, list[str]] = {}
     for name in names:
         reasons.setdefault(result.refused.get(name, "no log shows it"), []).append(name)
@@ -172,7 +171,7 @@ def _strokes(
     played = list(result.kinds.values()).count(SLIDING_LOG)
     if played >= MOST_STROKES:
         why = (
-            f"{why}; {played} logs of motion do not show more: correct the reason, then start anew"
+            f"{why}; {played} logs of motion did not change this: remove the cause, then start anew"
         )
         return PlanStep("unexplained", why, None, reached, exit_code=EXIT_NO)
     known = bench.mechanics

@@ -69,7 +69,7 @@ def spanned(
     """
     if not scheduled or len(set(scheduled)) != len(scheduled):
         raise ValueError(
-            f"scheduled: found {list(scheduled)}; allowed: 1 to 5 different ones of "
+            f"scheduled: found {list(scheduled)}; allowed: 1 to 5 different names of "
             f"{', '.join((*PARAMETERS, 'regime'))}"
         )
     names = set(scheduled)

@@ -18,10 +18,8 @@ def sign_change(
     ----------
     value
         Continuous function with opposite signs at `low` and `high`.
-    low
-        Start of the searched interval.
-    high
-        End of the searched interval.
+    low, high
+        Ends of the searched interval.
     tolerance
         Relative tolerance of the result.
 

@@ -93,8 +93,6 @@ def time_optimal_response(axis: DrivenAxis, zone: StepZone, period: float, delay
 
     Parameters
     ----------
-    axis
-        The plant with its drive.
     zone
         Zone that the axis must enter without leaving it again.
     period

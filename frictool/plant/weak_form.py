@@ -29,8 +29,7 @@ def effort_weights(period: float, lag: float) -> tuple[float, float, float]:
 
     lag [s]: time constant of the drive. The mean has a triangular window from sample k-1 to k+1;
     the sum of the weights is 1. Between two samples the effort is u = u0 + (u1 - u0) f(s), s = 0 to
-    1, with f = (1 - e^(-r s))/(1 - e^-r) and r = period/lag. The weights follow from the integrals
-    of s f and (1 - s) f.
+    1, with f = (1 - e^(-r s))/(1 - e^-r) and r = period/lag.
     """
     if lag == 0.0:
         return 0.5, 0.5, 0.0

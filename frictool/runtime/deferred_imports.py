@@ -20,8 +20,8 @@ UNUSED = ("f2py", "testing")
 def import_array_functions() -> None:
     """Import numba's array functions, which compilation needs, but do not import scipy.linalg.
 
-    numba tries to import scipy's BLAS for numpy.cov, which no kernel uses. This function hides the
-    BLAS during that import. For other functions of linear algebra, numba imports the BLAS later.
+    numba would import scipy's BLAS for numpy.cov, which no kernel uses. For other functions of
+    linear algebra, numba imports the BLAS later.
     """
     hidden = BLAS not in sys.modules
     if hidden:

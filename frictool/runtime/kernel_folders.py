@@ -221,8 +221,7 @@ def prune(parent: Path, current: Path) -> list[Path]:
 def prune_states(current: Path) -> list[Path]:
     """Remove folders with code of old sources of one module; return the removed folders.
 
-    The folder `current`, with the code of the present sources, stays. Of the others, the `KEPT`
-    most recently used folders stay, unless they were unused for a fortnight.
+    `current` is the folder of the present sources; `prune` explains which folders stay.
     """
     now = time.time()
     others = [
@@ -235,10 +234,7 @@ def prune_states(current: Path) -> list[Path]:
 
 
 def states(folder: Path) -> list[KernelFolder]:
-    """Return the subfolders for module states in a toolchain's folder, last used first.
-
-    A state is one version of the sources of a module.
-    """
+    """Return the folders of a module's states (versions of its sources), last used first."""
     cached = []
     with suppress(OSError):
         for entry in os.scandir(folder):
@@ -259,10 +255,7 @@ def sized(state: KernelFolder) -> KernelFolder:
 
 
 def remove_state(state: Path, now: float | None = None) -> bool:
-    """Remove the code of one state of a module's sources; return False if the folder was kept.
-
-    A recently used folder is kept.
-    """
+    """Remove the code of one module state; return False if it is kept because of recent use."""
     away = state.parent / f"{REMOVED}{state.name}-{os.getpid()}"
     with writing(state.parent) as mine:
         try:

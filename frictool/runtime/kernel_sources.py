@@ -85,8 +85,7 @@ class Sources:
     def state(self, modules: Iterable[str]) -> State:
         """Return the state of `modules` and all modules that they import, directly or indirectly.
 
-        The state contains the names and the digest of the sources. Raises UnknownSourcesError if a
-        source cannot be read, or has changed since its import.
+        Raises UnknownSourcesError if a source cannot be read, or has changed since its import.
         """
         key = frozenset(modules)
         if key not in self._states:

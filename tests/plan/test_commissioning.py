@@ -223,7 +223,7 @@ def test_strokes_that_show_nothing_are_repeated_once_with_other_reversals(
     outcome = replace(outcome, result=replace(outcome.result, kinds=kinds))
     step = next_step(BELT, logs, refusing)
     assert (step.name, step.exit_code, step.test) == ("unexplained", EXIT_NO, None)
-    assert "not shown); 2 logs of motion do not show more" in step.why
+    assert "not shown); 2 logs of motion did not change this" in step.why
 
 
 def test_a_breakaway_bounds_the_coulomb_friction_of_the_next_test(logs: tuple[Log, Log]) -> None:

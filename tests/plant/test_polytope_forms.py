@@ -111,7 +111,7 @@ def test_regimes_that_the_model_has_not_are_refused() -> None:
 
 @pytest.mark.parametrize("scheduled", [(), ("inertia", "inertia")])
 def test_an_empty_or_doubled_list_is_refused(scheduled: tuple[Parameter, ...]) -> None:
-    with pytest.raises(ValueError, match="allowed: 1 to 5 different ones"):
+    with pytest.raises(ValueError, match="allowed: 1 to 5 different names"):
         polytope(clutch_model(), scheduled)
 
 

@@ -1,7 +1,7 @@
 """Table of arrays that a file stores one after the other (MATLAB, NumPy).
 
-Each column is read from a separate byte stream. A block (a batch of rows) is made by reading the
-same number of values from every stream.
+Each column is read from a separate byte stream. A block of n rows consists of n values from every
+stream.
 """
 
 from __future__ import annotations

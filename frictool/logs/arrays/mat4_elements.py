@@ -30,7 +30,6 @@ _NAME = re.compile(rb"[A-Za-z][A-Za-z0-9_]*\0+")
 class Mat4Header(NamedTuple):
     """Head of an array in a MATLAB file of version 4.
 
-    order: byte order.
     number: index of the number type in the list NUMBERS.
     kind: index of the kind of array in the list KINDS.
     shape: numbers of rows and columns.

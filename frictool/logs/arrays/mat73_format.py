@@ -125,7 +125,6 @@ def _described(item: Any) -> str:
 class HdfVector:
     """Vector in a dataset of HDF5.
 
-    dataset: dataset of h5py.
     index: for each axis of the dataset, the index of the vector; None for the axis along which the
         vector extends.
     rows: number of values.

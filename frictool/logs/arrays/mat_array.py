@@ -22,7 +22,6 @@ class MatrixLine(NamedTuple):
     name: name such as `x(:,1)`.
     first: index of the line's first value among the numbers of the matrix, which are counted column
         by column.
-    rows: number of values.
     stride: difference of this index between consecutive values of the line.
     """
 
@@ -38,7 +37,6 @@ class MatArray:
 
     name: path of the array in the file, such as `data.signals.values`.
     shape: size along each axis.
-    kind: MATLAB class.
     column: location of the numbers in the file, where they are stored column by column; None if the
         array does not consist of real numbers.
     text: content of a char array; None for other arrays.

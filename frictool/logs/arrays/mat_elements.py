@@ -67,7 +67,6 @@ NUMERIC = frozenset(CLASSES[6:16])
 class MatTag:
     """Head of an element.
 
-    kind: type of the element.
     length: size of the content in bytes.
     inline: the content, if it is packed into the head; None if the content follows the head.
     fill: number of padding bytes after the content.

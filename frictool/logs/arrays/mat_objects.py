@@ -30,7 +30,7 @@ def can_read() -> bool:
 def open_objects(path: Path) -> Sequence[LibraryTable]:
     """Return the tables and timetables of a file that contain numbers.
 
-    mat-io may crash on a damaged file. Therefore this function runs in a child process.
+    This function runs in a child process, because mat-io may crash on a damaged file.
     """
     import matio
     import pandas

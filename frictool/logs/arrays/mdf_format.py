@@ -174,7 +174,6 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int |
 class MdfChannel:
     """Channel of a channel group.
 
-    index: index of the channel in the group.
     raw: True if the conversion gives texts, so that the raw numbers are used.
     """
 

@@ -26,7 +26,6 @@ class MemoryTable:
 
     columns: column name -> numbers (n,).
     units: column name -> unit stated in the file; None if the file states none.
-    source, topic, clock: the same as in RawTable.
     time_ns: times (n,) of the rows in ns; None if the file gives no times.
     first_line: line of the first row in the file; None if the rows have no lines.
     unreadable: name of each column with cells that are not numbers -> error at the first such cell.

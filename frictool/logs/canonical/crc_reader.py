@@ -44,10 +44,7 @@ class CountedBytes:
         return data
 
     def crc(self) -> int | None:
-        """Return the CRC of the bytes read since `begin_crc`.
-
-        The result is None if `step_to` has been called since then.
-        """
+        """Return the CRC of the bytes read since `begin_crc`; None after a call of `step_to`."""
         self._count(self._place)
         return self._crc
 

@@ -57,10 +57,7 @@ class McapDeclarations:
 
 
 def declared(data: bytes, bounds: RecordBounds) -> Iterator[tuple[int, bytes]]:
-    """Yield opcode and body of each schema and channel record in the data of a chunk.
-
-    MCAP allows no other declarations in a chunk.
-    """
+    """Yield opcode and body of each schema and channel record in the data of a chunk."""
     for index in np.flatnonzero(
         (bounds.opcode == Opcode.SCHEMA) | (bounds.opcode == Opcode.CHANNEL)
     ).tolist():

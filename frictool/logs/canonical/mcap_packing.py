@@ -53,10 +53,8 @@ class ChunkSamples(NamedTuple):
 class PackedChunk(NamedTuple):
     """Chunk record, and the message index record that follows the chunk record.
 
-    channel: channel number of the stream.
     span: times of the first and the last sample in ns.
-    record: bytes of the chunk record.
-    behind: bytes of the message index record, which follows the chunk record.
+    behind: bytes of the message index record.
     sizes: compressed and uncompressed size of the chunk's content in bytes.
     """
 

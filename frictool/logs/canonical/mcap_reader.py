@@ -72,7 +72,6 @@ def open_mcap(
 class CanonicalStream:
     """Stream of a canonical log that has been checked (implements StreamSource).
 
-    number: channel number.
     chunks: byte offsets of the chunks with samples of the stream.
     shift: time in ns that the writer added to every time.
     epoch: clock time in ns at time 0 of the log; None if the log has no clock.

@@ -85,10 +85,7 @@ class FileRecords:
         return self._bytes.offset
 
     def __iter__(self) -> Iterator[FileRecord | LooseMessages | DamagedBytes]:
-        """Yield the records up to the footer; raise OSError if the file cannot be read.
-
-        The bodies of attachments are skipped, because no log needs them.
-        """
+        """Yield the records up to the footer; raise OSError if the file cannot be read."""
         take = self._bytes.take
         if take(len(MAGIC)) != MAGIC:
             yield DamagedBytes(0, len(MAGIC), "it does not begin like an MCAP file of version 0")

@@ -68,7 +68,6 @@ class DeclaredStream:
 class ChannelSamples(NamedTuple):
     """Samples of a channel, with the times as stored in the file.
 
-    channel: channel number.
     chunks: byte offsets of the chunks that contain the samples.
     """
 

@@ -57,10 +57,7 @@ def join_blocks(parts: Sequence[SampleBlock]) -> SampleBlock:
 
 
 def merged(streams: Sequence[Iterator[SampleBlock]]) -> Iterator[tuple[int, SampleBlock]]:
-    """Yield (stream index, block) of all streams, in the order of the first time in each block.
-
-    One block of each stream is read in advance.
-    """
+    """Yield (stream index, block) of all streams, in the order of the first time in each block."""
     waiting: list[tuple[int, int, SampleBlock]] = []
     for index, stream in enumerate(streams):
         _push(waiting, index, stream)

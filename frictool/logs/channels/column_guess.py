@@ -276,8 +276,7 @@ def _liveliest_first(table: MemoryTable) -> list[str]:
 def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
     """Return the kind of axis from the units of positions and velocities, else from the names.
 
-    The result is None if the units and names do not indicate the kind, or if they contradict each
-    other.
+    The result is None if units and names do not indicate the kind, or contradict each other.
     """
     units = [
         unit for table in tables for unit in table.units.values() if unit and not is_count(unit)

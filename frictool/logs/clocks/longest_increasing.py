@@ -1,8 +1,6 @@
 """Longest strictly increasing subsequence of sample times, used if a clock has jumped back.
 
-The algorithm is Fredman's (1975). For each length, the algorithm stores the smallest last time of
-all increasing subsequences of this length. A new time replaces the first stored time that is not
-smaller than the new time.
+The algorithm is Fredman's (1975).
 """
 
 from __future__ import annotations

@@ -47,7 +47,6 @@ class GridField:
 class ResamplingGrid:
     """Layout of the resampled stream `/axis`.
 
-    head: header of the resampled stream.
     parts: for each field of the resampled stream, the original stream and field.
     period_ns: sample period in ns.
     note: entries of the metadata record RESAMPLED.
@@ -103,10 +102,7 @@ def _prefixed(topic: str, name: str, taken: list[str]) -> str:
 def resampled(
     streams: Sequence[Iterator[SampleBlock]], on: ResamplingGrid
 ) -> Iterator[SampleBlock]:
-    """Yield the resampled stream in blocks.
-
-    Only the samples that are needed for later grid times are kept in memory.
-    """
+    """Yield the resampled stream in blocks."""
     kept: list[SampleBlock | None] = [None] * len(streams)
     start: int | None = None
     row = 0

@@ -1,9 +1,7 @@
 """Time base of a stream that is read block by block, without keeping its times.
 
-The intervals are counted in classes that are 0.1 % wide. For each interval, the difference from the
-stream's first interval is computed. For each class, these differences and their squares are summed.
-The period is the mean of the class that contains the median. If all intervals are equal, the period
-is exact.
+The intervals are counted in classes that are 0.1 % wide. The period is the mean of the class that
+contains the median. If all intervals are equal, the period is exact.
 """
 
 from __future__ import annotations

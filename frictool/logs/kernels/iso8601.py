@@ -43,7 +43,7 @@ def _whole(text: NDArray[np.uint8], at: int, length: int) -> int:
 def days_of(year: int, month: int, day: int) -> int:
     """Return the number of days from 1970-01-01 to a date.
 
-    The result is NO_DATE if the date does not exist or is not between FIRST_YEAR and LAST_YEAR.
+    The result is NO_DATE if the date does not exist or is outside FIRST_YEAR to LAST_YEAR.
     """
     if not (FIRST_YEAR <= year <= LAST_YEAR and 1 <= month <= 12 and day >= 1):
         return NO_DATE

@@ -23,8 +23,9 @@ def beyond_limit(
     """Return a message about a drive signal that is far beyond the drive's limit, else None.
 
     signals: channel -> values (n,) in SI; a drive signal is current, voltage or a measured effort.
-    columns: channel -> name of its column in the raw file; a missing channel is named itself.
-    ratio: largest drive signal, relative to the limit.
+    columns: channel -> name of its column in the raw file. A channel without an entry has its own
+        name.
+    ratio: largest allowed ratio of a drive signal to the limit.
     """
     actuator = bench.actuator
     limits: dict[str, float] = {actuator.drive: actuator.limit.value}

@@ -30,7 +30,6 @@ class FlatTop:
     """Flat top of a signal.
 
     at: value of the flat top.
-    samples: number of samples at this value.
     longest: largest number of successive samples at this value.
     """
 

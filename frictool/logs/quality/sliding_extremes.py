@@ -13,9 +13,6 @@ from frictool.typing import Vector
 def sliding_maximum(values: Vector, length: int, before: int) -> Vector:
     """Return the largest value in the window around each sample.
 
-    The windows double in length until they reach `length`, so that the work grows with the
-    logarithm of `length`.
-
     Parameters
     ----------
     values : array, shape (n,)

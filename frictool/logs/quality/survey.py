@@ -84,7 +84,7 @@ class StreamSurvey:
 def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> StreamSurvey:
     """Return the survey of one stream.
 
-    pieces: function that returns an iterator over all samples. The function is called twice.
+    pieces: function that returns an iterator over all samples. It is called twice.
     limits: signal -> largest absolute value that bench.yaml allows.
     """
     signals = {

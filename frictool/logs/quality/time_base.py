@@ -18,7 +18,6 @@ ON_LATTICE = 0.05  # largest deviation of a position from a multiple of the step
 class TimeBase:
     """Sample rate, jitter and gaps of a stream.
 
-    samples: number of samples.
     rate_hz: inverse of the median interval, in Hz.
     jitter_s: standard deviation in s of the intervals that are not gaps.
     gaps: number of intervals in which a sample is missing.
@@ -76,9 +75,8 @@ def _distances(position: Vector) -> Vector:
 def encoder_step(position: Vector) -> float | None:
     """Return the encoder step, of which all distances of the positions (n,) are multiples.
 
-    The smallest distance of two positions is divided by 1, 2, ..., MOST_STEPS. The step is the
-    first quotient of which all distances are multiples. The result is None if there is no such
-    quotient, or if there are too few distinct positions.
+    The step is the smallest distance of two positions divided by a number up to MOST_STEPS. The
+    result is None if no such step fits, or if there are too few distinct positions.
     """
     distances = _distances(position)
     if distances.size < FEWEST_LEVELS - 1:

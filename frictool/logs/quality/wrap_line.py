@@ -51,10 +51,7 @@ class WrapLine:
         return f"wrap: {{value: {value}, unit: {unit}}}"
 
     def is_round(self, low: float, high: float) -> bool:
-        """Return True if a round number lies between two bounds in rad or m.
-
-        The number is round in the log's unit.
-        """
+        """Return True if a number between two bounds [rad or m] is round in the log's unit."""
         return low < high and shortest(low / self._factor, high / self._factor)[0] <= ROUND
 
     def round(self, low: float, high: float) -> float:

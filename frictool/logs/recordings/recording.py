@@ -103,7 +103,7 @@ class Topic:
     def sample(self, messages: Messages) -> None:
         """Set `paths`, `stamp` and `apart_s` from the topic's first messages.
 
-        Damaged messages and stamps of 0 are ignored.
+        Damaged messages are ignored, and so are stamps of 0.
         """
         first = messages.at(slice(0, max(0, SAMPLED - self.sampled)))
         self.sampled += first.start.size
@@ -126,7 +126,6 @@ class RecordingFile(Protocol):
 
     source: file name for messages.
     size: size in bytes.
-    topics: topics by name.
     """
 
     source: str

@@ -23,11 +23,11 @@ CONVERGED = 1e-12  # relative change below which Smith's method stops
 
 
 class ErrorGains(NamedTuple):
-    """Standard deviation of the velocity error divided by that of a position error [1/s].
+    """Velocity error caused by two kinds of position error [1/s], as ratios of standard deviations.
 
-    - rounding: the position error is a white error of the measured position
-    - misfit: a white error of the acceleration causes the velocity error; the position error is the
-      resulting error of the predicted position
+    - rounding: velocity error/position error, for a white error of the measured position
+    - misfit: velocity error/error of the predicted position, both caused by a white error of the
+      acceleration
     """
 
     rounding: float

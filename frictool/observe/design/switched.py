@@ -107,11 +107,6 @@ def design_switched(
 def _synthesised(
     posed: dict[int, ObserverMode], allowed: tuple[Switch, ...], decay: float, quiet: float | None
 ) -> tuple[SwitchedGains, float | None]:
-    """Return the gains of the modes, and the noise gain of the observer with these gains.
-
-    If `quiet` is None, the gains follow from thesis (6.6), and the noise gain is None. Otherwise,
-    the gains are computed by lmi/quiet_observer_gains.py and pass less encoder noise.
-    """
     if quiet is None:
         return switched_gains(posed, allowed, decay), None
     # only the measured position has noise; in mode 0, the second measurement is the estimate of

@@ -10,8 +10,8 @@ the disturbance effort d. The gains L1 to L3 place all three poles of the estima
 
 An error delta_a causes a speed error of about delta_a/w, until the estimate of d compensates
 delta_a. An innovation of one encoder step causes a speed error of about w times `step`. The sum of
-the two errors has a flat minimum at w = sqrt(delta_a/step), where they are equal. The values of
-RATE and CELL were found by a parameter sweep (docs/theory/velocity.md).
+the two errors has a flat minimum at w = sqrt(delta_a/step), where they are equal. A parameter sweep
+gave the values of RATE and CELL, the dead zone in encoder steps (docs/theory/velocity.md).
 """
 
 from __future__ import annotations
@@ -107,8 +107,8 @@ def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None =
 def spread(model: Model) -> tuple[float, float]:
     """Return the relative uncertainty of the inertia and the uncertainty of dry friction [N m | N].
 
-    An uncertainty is half the width of the model's interval. If the model has no interval, it is
-    half the width of the range in bench.yaml over the product's life.
+    An uncertainty is half the width of the model's interval. Without an interval, the range over
+    the product's life in bench.yaml is used.
     """
     known = model.bench.mechanics
     today = model.parameters
@@ -154,7 +154,6 @@ def _knees(model: Model) -> tuple[Knee, ...]:
 
 
 def _backlash(model: Model) -> ObserverBacklash | None:
-    """Return the backlash and the friction inside it: `backlash_coulomb` or Coulomb friction."""
     known = model.bench.mechanics
     if known.backlash is None or known.backlash.value == 0.0:
         return None

@@ -216,11 +216,7 @@ def _adjoint(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], z: M
 def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) -> None:
     """Raise NoSolutionError if a sample multiplies the Lyapunov function by more than decay^2.
 
-    - a: matrices of the error in each mode
-    - p: matrices of the Lyapunov function in each mode
-    - index: mode at each sample of each sequence, (samples, sequences)
-
-    Each sequence starts from a random error.
+    Each sequence of modes (column of `index`) starts from a random error.
     """
     e = np.random.default_rng(SEED + 2).normal(size=(index.shape[1], a.shape[1]))
     value = np.einsum("ki,kij,kj->k", e, p[index[0]], e)

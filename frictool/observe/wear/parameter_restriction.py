@@ -144,8 +144,8 @@ def offset_of(
     """Return coefficients (p,) per unit, prior mean and deviation [N m | N] of the drive's offset.
 
     The offset is relative to the model's offset; a positive offset opposes a positive effort. The
-    prior deviation is the root of the sum of two squares: `share` times the dry friction, and the
-    deviation that corresponds to the wider of the ranges in the model and in bench.yaml.
+    prior deviation is sqrt(a^2 + b^2): a is `share` times the dry friction, and b follows from the
+    wider of the offset's ranges in the model and in bench.yaml.
     """
     known = max(
         _half(quantity)

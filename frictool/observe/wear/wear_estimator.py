@@ -126,10 +126,9 @@ class WearEstimator:
     def _going(self) -> float:
         """Return the lag of the estimate behind a wear that keeps growing.
 
-        Each test in GOING_ON uses the last changes of the estimate, each over several moves. If all
-        of them have the same sign, the wear grows at least at the rate of the smallest change per
-        move. The lag is this rate times the lag of the filters in moves. The result is the largest
-        lag of all tests.
+        Each test in GOING_ON uses the last changes of the estimate. If all of them have the same
+        sign, the lag is the smallest change per move times the lag of the filters in moves. The
+        largest lag of all tests is returned.
         """
         changes = [0.0]
         lately = list(self._lately)

@@ -17,11 +17,11 @@ class AssembledMechanism:
 
     - blocks, kinds, start (n,): name of each block, kind (rotary or linear), and initial position
       [rad | m], which satisfies the equations of all rigid links
-    - joints, couplings, frictions, pressings, pushes, stops, sources: names of the elements, in
-      the order of the arrays in `packed`
+    - joints, couplings, frictions, pressings, pushes, stops, sources: names of the elements, in the
+      order of the arrays in `packed`
     - sensors, sensor_blocks, measures: name, block and measured quantity of each sensor
     - groups: rigid groups of blocks, which move together
-    - notes: one line for each omission or assumption
+    - notes: one line for each simplification of the mechanism
     """
 
     blocks: tuple[str, ...]
