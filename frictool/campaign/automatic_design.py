@@ -69,7 +69,7 @@ EXTREMES: tuple[PlantValues, ...] = (
 class AutomaticDesign(ResultView):
     """Outcome of each searched family of controllers, in the order of the search.
 
-    Only the last outcome can contain a design that meets the specification.
+    Only the last outcome may contain a design that meets the specification.
     """
 
     outcomes: tuple[FamilyOutcome, ...]
@@ -156,7 +156,6 @@ class _Search:
         )
 
     def eased(self, easing: float) -> _Search:
-        """Return the same search for `easing` times the specified response time."""
         spec = self.test.spec
         assert spec.response_time_95_s is not None
         response = easing * spec.response_time_95_s
@@ -190,7 +189,6 @@ class _Search:
 
 
 def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
-    """Return the keys and values that the designs of all candidates share."""
     kept: dict[str, object] = {}
     if wishes is not None:
         kept = {key: value for key in KEPT if (value := getattr(wishes, key)) is not None}

@@ -171,7 +171,7 @@ def campaign(
     DocumentError
         If the documents do not fit together, or nothing varies.
     NoSolutionError
-        If the nominal run decides no requirement.
+        If the simulation of the nominal plant decides no requirement.
     ClusterError
         If the cluster cannot be used.
     FrictoolError
@@ -213,12 +213,10 @@ def conduct(
 ) -> tuple[Trials, list[WorstCase]]:
     """Run the trials of all draws, and search for the worst cases if `evaluations` is not 0.
 
-    Trials in `store` are not repeated.
-
     `shared`: result of `sharing`, which is called with the expected duration of the work [s].
     `commands`: function that returns the commands to simulate the scenario file of a given name.
 
-    Raises NoSolutionError if the nominal run decides no requirement.
+    Raises NoSolutionError if the simulation of the nominal plant decides no requirement.
     """
     nominal = check_nominal(trial.nominal(), trial.setting.names)
     begun = time.perf_counter()

@@ -108,8 +108,8 @@ class DesignTest:
     ) -> list[PlayedVerdict]:
         """Simulate the worst plants of a controller with each of `judges`; return the verdicts.
 
-        `found`: results of the controller on all plants. For each requirement, the WORST plants
-        with the smallest reserve in `found` are simulated.
+        `found`: results of the controller on all plants. For each requirement, only the WORST
+        plants that are closest to a violation in `found`, or violate it most, are simulated.
         """
         chosen: dict[tuple[float, ...], int] = {}
         for reserves in np.transpose(found.reserves):

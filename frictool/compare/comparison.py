@@ -147,10 +147,7 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """Yield a function like `map` that runs in `workers` processes, or in this process for 1.
-
-    An interrupt ends the processes.
-    """
+    """Yield a function like `map` that runs in `workers` processes, or in this process for 1."""
     if workers <= 1:
         yield map
         return

@@ -178,10 +178,7 @@ class LawSimulator:
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
     ) -> LawTrajectory:
-        """Simulate a law from rest at position 0.
-
-        Raises NoSolutionError if the engine cannot complete the run.
-        """
+        """Simulate a law from rest at position 0; raise NoSolutionError if this fails."""
         setting = self._setting
         friction_law = LAWS[law]
         end = segments[-1][0]
@@ -285,7 +282,6 @@ class LawSimulator:
 
 
 def _phases(events: Vector, end: float, shortest: float) -> Phases:
-    """Return the stick phases of at least `shortest` [s] from the events of a run from rest."""
     phases: list[tuple[float, float]] = []
     begin: float | None = 0.0
     for time, kind, *_ in events.tolist():

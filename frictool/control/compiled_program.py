@@ -83,7 +83,7 @@ class CompiledProgram(NamedTuple):
 
 
 def compile_program(program: Program, *, single: bool = False) -> CompiledProgram:
-    """Return a program as arrays, with the states that belong to an axis at rest at position 0.
+    """Return a program as arrays, started for an axis at rest at position 0.
 
     single: True for float32, False for float64.
     """
@@ -196,8 +196,7 @@ def read(machine: CompiledProgram, index: int) -> float:
 def step(machine: CompiledProgram, reference: float, position: float, velocity: float) -> float:
     """Run one sample of a controller in place and return the drive [A | V].
 
-    The function does the same as `control_step`, but compiles only the kernels of the program's
-    number format.
+    Unlike `control_step`, this function compiles only the kernels of the program's number format.
     """
     if machine.number == FIXED:
         return control_step(machine, reference, position, velocity)
@@ -278,7 +277,7 @@ def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
     """Return the first row of `code` to run: 0, or the first row after the measurement guard.
 
     If this sample and the last one are valid, the guard would only copy the inputs. This function
-    then copies them, and the rows of the guard are skipped.
+    then copies the inputs instead.
     """
     if (
         not valid

@@ -4,8 +4,7 @@
 
 The second condition applies if the drive is the current i of a winding. R is its resistance, V the
 supply voltage, K the torque constant (equal to the back-EMF constant in SI units), and v the
-measured speed. The lag of the measured speed delays this limit. With the anti-windup of the
-difference equation, the loop is linear again as soon as the drive leaves the limit.
+measured speed. The lag of the measured speed delays this limit.
 """
 
 from __future__ import annotations

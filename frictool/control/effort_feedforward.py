@@ -29,8 +29,8 @@ from frictool.control.program import Program, ProgramNode
 class FeedforwardGains(NamedTuple):
     """Gains of the feedforward, in units of the drive [A | V].
 
-    - inertia: drive per rad/s^2 | m/s^2
-    - viscous: drive per rad/s | m/s
+    - inertia: drive per unit of acceleration [rad/s^2 | m/s^2]
+    - viscous: drive per unit of speed [rad/s | m/s]
     - coulomb: drive that balances the Coulomb friction
     - on: speed [rad/s | m/s] above which the Coulomb term is switched on
     - off: speed [rad/s | m/s] below which the Coulomb term is switched off; smaller than `on`
@@ -58,7 +58,7 @@ def sample_motion(
 
 
 def delayed(program: Program, samples: float) -> ProgramNode:
-    """Return the filtered reference `samples` >= 1 samples ago, interpolated between samples."""
+    """Return the filtered reference delayed by `samples` >= 1, interpolated between samples."""
     program.block("filtered reference at the time at which the feedforward has moved the axis")
     whole = math.floor(samples)
     part = samples - whole

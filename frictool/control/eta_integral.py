@@ -1,9 +1,8 @@
 """Input of a speed controller: eta = integral(omega_c) - position, omega_c the speed reference.
 
-Each sample adds only the changes of the integral and of the position, so that no number grows with
-the distance travelled. If the last drive was limited and eta would move further into that limit,
-eta keeps its value (conditional integration). A positive eta requests a positive drive, which is
-the sign convention of `controller.yaml`.
+Each sample adds only the changes of the integral and of the position to eta. If the last drive was
+limited and eta would move further into that limit, eta keeps its value (conditional integration). A
+positive eta requests a positive drive, which is the sign convention of `controller.yaml`.
 """
 
 from __future__ import annotations

@@ -63,10 +63,7 @@ class FixedProgram:
 
 
 def fixed_program(program: Program, bits: int = BITS["q31"]) -> FixedProgram:
-    """Return a program scaled for fixed point.
-
-    Raises FixedPointOverflow if a value cannot be scaled.
-    """
+    """Return a program scaled for fixed point; raise FixedPointOverflow if this is impossible."""
     return _Scaling(program, bits).done()
 
 
@@ -114,8 +111,6 @@ def fixed_machine(scaled: FixedProgram) -> CompiledProgram:
 
 
 class _Scaling:
-    """One pass over the program that computes real intervals, fractions, shifts and words."""
-
     def __init__(self, program: Program, bits: int) -> None:
         self.program, self.bits = program, bits
         self.real: dict[int, Interval] = {}
@@ -332,10 +327,6 @@ class _Scaling:
                 return after(low, s), after(high, s)
 
     def _after(self, node: ProgramNode, word: int, shift: int) -> int:
-        """Return the shifted word.
-
-        Raises FixedPointOverflow if the word needs more than 64 bits before or after the shift.
-        """
         self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
         return self._long(node, _moved(word, shift))
 
@@ -357,7 +348,6 @@ def _product(one: Interval, other: Interval) -> Interval:
 
 
 def _moved(value: int, shift: int) -> int:
-    """Return `value` times 2^-shift, rounded like `shift_rounded`, for integers of any size."""
     if shift <= 0:
         return value << -shift
     half = 1 << (shift - 1)

@@ -12,12 +12,12 @@ F is the friction, F_c its Coulomb part, sigma_v the viscous coefficient, v_s a 
 the position of the axis or of its reference, u the drive, K the effort per unit of drive, J the
 inertia, and L the observer's bandwidth.
 
-Section 5.1 of the thesis argues against friction compensation; here the compensation serves as a
-baseline. The model needs the sign of v near v = 0, which a coarse encoder cannot provide. If the
-model has too much friction, the axis moves without a command. At rest the observer integrates the
-effort, so that the axis breaks away, overshoots and hunts. docs/theory/clutch.md compares this
-compensation with control laws that use the friction to stop the axis. L should be below the
-bandwidth of the measured speed, and v_s above the speed of one encoder count per sample.
+Section 5.1 of the thesis argues against friction compensation. The model needs the sign of v near v
+= 0, which a coarse encoder cannot provide. If the model has too much friction, the axis moves
+without a command. At rest the observer integrates the effort, so that the axis breaks away,
+overshoots and hunts. docs/theory/clutch.md compares this compensation with control laws that use
+the friction to stop the axis. L should be below the bandwidth of the measured speed, and v_s above
+the speed of one encoder count per sample.
 """
 
 from __future__ import annotations
@@ -88,8 +88,8 @@ def position_compensation(
     positions : sequence of n floats
         Rising positions [rad | m]. Outside, the value at the nearest end is used.
     forward, backward : sequences of n floats
-        Drive [A | V] that balances the Coulomb friction at each position minus the mean friction,
-        in the positive and in the negative direction.
+        Drive [A | V] that balances (Coulomb friction at each position) - (its mean over the
+        position), in the positive and in the negative direction.
     """
     program.block("change of the friction compensation over the position")
     first, last = (

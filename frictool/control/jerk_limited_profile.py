@@ -14,10 +14,9 @@ target may change at any sample, also in motion. A move takes at most three samp
 `duration`, which is the time of the time-optimal trapezoid plus N - 1 samples for the mean.
 
 The mean over N samples limits the jerk to 2 a/(N T) and delays the end of the move by N - 1
-samples. The program averages speeds instead of positions: speeds are exactly 0 at rest, so that f =
-r holds exactly at the end. Sources: Zanasi, Lo Bianco, Tonielli, Automatica 36 (2000) 439-448
-(discrete-time filter in closed loop); Biagiotti, Melchiorri, Control Eng. Practice 20 (2012)
-1385-1399 (cascade with a moving average).
+samples. Sources: Zanasi, Lo Bianco, Tonielli, Automatica 36 (2000) 439-448 (discrete-time filter in
+closed loop); Biagiotti, Melchiorri, Control Eng. Practice 20 (2012) 1385-1399 (cascade with a
+moving average).
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@
 The drive is released while the condition of the line is true. e is the position error, v the speed,
 J the inertia, and delta_e the half-width of a band of positions around the target. F_c is the real
 friction; the virtual friction F_cv is an effort of the drive that brakes the axis. With `energy`
-the drive is released if real and virtual friction alone stop the axis within delta_e of the target.
+the drive is released if real and virtual friction would stop the axis within delta_e of the target.
 The effort of the released drive is -F_cv tanh(v/v_r) (5.41), with the speed scale v_r. The two
 cases of (5.41) are exchanged here: as printed, the brake acts outside the band and the axis never
 starts. While the drive is released, the integrator keeps its value; the other states of the

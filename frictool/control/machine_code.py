@@ -3,10 +3,9 @@
     CompiledProgram ──structure: operations and indices──▶ LLVM ──▶ function pointer
                     ──coefficients and states: `real`────────────▶ memory of each call
 
-The code does the operations of `run_values` in the same order, each rounded to float64, so that
-drive and states are equal bit by bit. The code reads coefficients from memory. Programs that differ
-only in their coefficients therefore share one code. Compilation saves time if the program runs in
-more than about a hundred simulations of a thousand samples.
+The results equal those of `run_values` bit by bit. Programs that differ only in their coefficients
+share one code. Compilation saves time if the program runs in more than about a hundred simulations
+of a thousand samples.
 """
 
 from __future__ import annotations
@@ -42,10 +41,9 @@ _serial = itertools.count()
 class MachineCode(NamedTuple):
     """Compiled function that runs one sample of a program.
 
-    `address`: address of the function, which kernels call. The function's arguments are the address
-    (int64) of the program's array `real`, the reference, the position and the velocity. The
-    function returns one value of the program, by default the drive. `library`: the compiled code,
-    which is freed with this object.
+    `address`: address of the function f(address of the program's array `real`, reference, position,
+    velocity), which returns one value of the program, by default the drive. `library`: the compiled
+    code, which is freed with this object.
     """
 
     address: int
@@ -71,8 +69,8 @@ def machine_code(program: CompiledProgram, output: int | None = None) -> Machine
     """Return the machine code of a program in double arithmetic.
 
     The result is None if the program is in another number format or if no compiler is available.
-    output: index of the value that the code returns, by default the drive. If it is the index of a
-    state, the code returns the state before its update.
+    output: index of the value that the code returns, by default the drive; for a state, its value
+    before the update.
     """
     if program.number != DOUBLE or settings.DISABLE_JIT:
         return None

@@ -10,8 +10,8 @@ Friction alone decelerates the axis by F_c/J. An axis that follows the square ro
 at e = 0 with speed 0 (5.5). With virtual friction k = sqrt(2 (F_c + F_cv)/J) (5.42): the axis is
 faster, and the drive has to brake with F_cv. In the thesis omega_c is 0 inside the band (5.19).
 Here omega_c also follows the law inside the band, until the prefilter has settled and the band
-releases the drive (control/target_band.py). The law is linear inside the band, since the infinite
-slope of the root at zero would turn each encoder count into a jump of omega_c.
+releases the drive (control/target_band.py). The law is linear inside the band, because the infinite
+slope of the root at e = 0 would turn each encoder count into a jump of omega_c.
 
 Property (proposition 5.2.2): with an infinitely fast speed loop the error decreases outside the
 band and ends within the band. With a finite bandwidth only simulation can show this; the slope

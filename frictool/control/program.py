@@ -6,10 +6,9 @@
                                         ──▶ export/              the same operations in C, in the
                                                                  same order
 
-A node (`ProgramNode`) is one operation and its result. Every operation runs at every sample;
-`select` chooses between results instead of branching, so that each sample takes the same time.
-No operation is reordered or fused with another: results agree bit by bit wherever the arithmetic is
-IEEE.
+A node (`ProgramNode`) is one operation and its result. Every operation runs at every sample, so
+that each sample takes the same time. No operation is reordered or fused with another: results agree
+bit by bit wherever the arithmetic is IEEE.
 
 A state keeps a value from one sample to the next. `Program.update` defines its next value. A state
 without an update, such as a scheduled parameter, is set by the caller. `low` and `high` bound a
@@ -138,7 +137,7 @@ class Program:
         self._comment = comment
 
     def named(self, name: str, node: ProgramNode) -> ProgramNode:
-        """Give a node its name in the exported code and return it; a node keeps its first name."""
+        """Name a node in the exported code and return the node; a node keeps its first name."""
         self.names.setdefault(node.index, name)
         return node
 

@@ -26,9 +26,8 @@ def record_along(
     """Run a program in double arithmetic over n samples, and record values of its nodes.
 
     `machine` is changed in place. `samples` (n, i) contains the inputs; `inputs` (i,) are the
-    indices of their nodes. The function fills `values` (n, s + o): the first s columns with the
-    nodes `states` (s,) before each sample, the other columns with the nodes `others` (o,) after the
-    sample.
+    indices of their nodes. Fills the first s columns of `values` (n, s + o) with the nodes `states`
+    (s,) before each sample, and the other columns with the nodes `others` (o,) after the sample.
     """
     for k in range(samples.shape[0]):
         for column in range(inputs.shape[0]):

@@ -4,10 +4,9 @@
 
 e is the input and y the output of a section; s1 and s2 are its states. The y of one section is the
 e of the next. Anti-windup adds a gain times (limited drive - drive) to every state, as in
-control/difference_equation.py. A chain of sections has no separate integrator state; a controller
-whose integrator must keep its value at times (limit-cycle limiter, conditional integration) is
-therefore in state-space form. Property: each coefficient belongs to one pair of poles, so that
-rounding a coefficient moves this pair only.
+control/difference_equation.py. A chain of sections has no separate integrator state. A controller
+with a limit-cycle limiter or conditional integration is therefore in state-space form. Property:
+rounding a coefficient moves only one pair of poles.
 """
 
 from __future__ import annotations

@@ -176,7 +176,6 @@ class _DirectionCells:
         ]
 
     def gain(self, row: int) -> ProgramNode:
-        """Return the gain L1, L2 or L3 (`row` 0, 1 or 2) of the cell that contains the position."""
         return self._of_cell(f"gain_{row}", [cell.gains[row] for cell in self.cells])
 
     def friction(self) -> ProgramNode:

@@ -47,11 +47,11 @@ class TrackingParameters:
       in rising powers
     - travel: (low, high) position, beyond which the friction is constant
     - breakaway: ratio of friction at rest to friction in slip
-    - knees: points at which the viscous friction bends: (speed, increase of the viscous coefficient
-      above that speed)
+    - knees: (speed, increase of the viscous coefficient above that speed) for each change of the
+      viscous coefficient
     - backlash: width of the gap [rad | m]
-    - loose: friction while the gap is open
-    - top_speed, most_effort: bounds of the speed and the disturbance
+    - loose: friction [N m | N] while the gap is open
+    - top_speed, most_effort: bounds of the estimated speed and of the disturbance d
     """
 
     period: float

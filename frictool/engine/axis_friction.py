@@ -60,10 +60,11 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return (full, fresh), which describe the breakaway at position x.
+    """Return (full, fresh), which describe the breakaway friction at position x.
 
-    full [N m | N] is the breakaway after a long rest. fresh is the breakaway just after a stop,
-    divided by full; fresh * full is at least the Coulomb friction. p: parameters with `AxisLaws`.
+    full [N m | N]: breakaway friction after a long rest. fresh: breakaway friction just after a
+    stop, divided by full; fresh * full is at least the Coulomb friction. p: parameters with
+    `AxisLaws`.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -72,7 +73,7 @@ def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
 
 @kernel
 def breakaway_at(p: Vector, direction: float, x: float, rested: float) -> float:
-    """Return the breakaway [N m | N] at position x after `rested` [s] at rest.
+    """Return the breakaway friction [N m | N] at position x after `rested` [s] at rest.
 
     p: parameters with `AxisLaws`.
     """
@@ -111,8 +112,8 @@ def distance_to_stop(p: Vector, x: float, direction: float) -> float:
 def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
     """Return the distance [rad | m] from x to the next boundary in `direction`, and its kind.
 
-    The boundary is an end stop (kind END_STOP) or an end of the range of the position polynomials
-    (kind MAP_EDGE).
+    The boundary is an end stop (kind END_STOP), or an end of the range in which polynomials
+    describe the friction over position (kind MAP_EDGE).
     """
     length = distance_to_stop(p, x, direction)
     kind = END_STOP
@@ -173,7 +174,7 @@ def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
 
 @kernel
 def speed_band(p: Vector, w: float) -> tuple[float, float]:
-    """Return the lowest and highest speed of the interval around w in which friction is smooth."""
+    """Return (low, high), the interval of speeds around w in which friction is smooth in speed."""
     lower = 0.0
     upper = math.inf
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):

@@ -6,14 +6,13 @@
 
 With `AxisLaws` (plant/axis_friction_laws.py) a slip also ends at an end stop, at a speed at which
 the viscous coefficient changes (knee), at the limit of the Stribeck layer, and at an end of the
-range of the position polynomials. If the breakaway grows with the time at rest,
-engine/drive_lag.py computes the time of the breakaway.
+range in which polynomials describe the friction over position. If the breakaway grows with the time
+at rest, engine/drive_lag.py computes the time of the breakaway.
 
 A slip has a closed form unless the friction is nonlinear in speed, the friction depends on the
 position, or a load depends on the position (plant/position_load.py). Without a closed form, a slip
 is integrated in steps (engine/slip_integration.py). A dynamic law such as LuGre has neither stick
-nor slip and is integrated by engine/dynamic_law_axis.py. Most axes need only the closed form:
-`advance_axis` with `curved` None is compiled without the integrators.
+nor slip and is integrated by engine/dynamic_law_axis.py.
 
 The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the
@@ -78,11 +77,9 @@ def _opposing(p: Vector, laws: Laws, x: float) -> float:
 def _rest(
     state: Vector, command: float, p: Vector, laws: Laws, remaining: float, refused: float
 ) -> tuple[float, float]:
-    """Keep the axis at rest for up to `remaining` [s]; return (duration of the rest, direction).
+    """Keep the axis at rest for up to `remaining` [s]; return (duration, breakaway direction or 0).
 
-    direction: direction in which the axis breaks away at the end, 0 without a breakaway. refused:
-    direction in which the axis cannot break away, because a slip in this direction has just failed
-    to start.
+    refused: direction in which the axis cannot break away, because a slip has just failed to start.
     """
     lag = p[ax.LAG]
     drive = state[ax.DRIVE]
@@ -199,11 +196,10 @@ def _straight_slip(
 
 @kernel
 def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
-    """Update the state at an end of the position polynomials or at an end stop.
+    """Update the state at a boundary (`next_place`); return the direction of motion afterwards.
 
-    Returns the direction of motion afterwards. An axis that is pressed against the stop would
-    rebound infinitely often in a finite time. Rebounds shorter than SHORTEST_FLIGHT are therefore
-    left out.
+    An axis that is pressed against the stop would rebound infinitely often in a finite time.
+    Rebounds shorter than SHORTEST_FLIGHT are therefore left out.
     """
     _, kind_of_end = next_place(p, start, direction)
     if kind_of_end == MAP_EDGE:
@@ -328,7 +324,7 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
 
 @kernel
 def rest_on(state: Vector, command: float, p: Vector, duration: float, decay: float) -> None:
-    """Advance an axis that stays at rest (`is_held`), exactly as `advance` does, but faster.
+    """Advance the state of an axis that stays at rest (`is_held`); faster than `advance`.
 
     decay: factor e^(-duration/lag), where lag is the time constant of the drive; 0 without a lag.
     """
@@ -357,8 +353,7 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
     """Return the present drive [A | V], limited to `drive_range`.
 
-    Before this limitation, a drive with a lag has the value in `state`, and a drive without a lag
-    the value `command`.
+    The limit applies to the drive in `state` if the drive has a lag, else to `command`.
     """
     low, high = drive_range(p, state[ax.VELOCITY])
     return float(min(max(state[ax.DRIVE] if p[ax.LAG] > 0.0 else command, low), high))
@@ -382,7 +377,7 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
 def advance_axis(
     state: Vector, command: float, parameters: Vector, curved: Laws, duration: float
 ) -> int:
-    """Advance `state` as `advance` does, with or without the integrators for slips.
+    """Advance `state` as `advance` does; the integrators of slips are optional.
 
     curved: None if every slip has a closed form (axis_friction.py `is_straight`), else
     `parameters`.

@@ -1,4 +1,4 @@
-"""Simulation of a test on the rig: a reference under the position loop, or breakaway ramps.
+"""Simulation of a test on the rig: a reference for the position loop, or ramps up to breakaway.
 
 An effort or drive value of sample k acts from sample k + `delay` on. Before sample `delay`, the
 drive is 0. The results are the measured `position` (n,) and the `drive` (n,) at the samples.
@@ -37,7 +37,7 @@ class ServoMemory(NamedTuple):
 def servo_effort(
     servo: Vector, memory: ServoMemory, reference: float, measured: float, period: float
 ) -> tuple[float, ServoMemory]:
-    """Return the effort [N m | N] of the bench's position loop, and its state for the next sample.
+    """Return the effort [N m | N] of the bench's position loop, and the loop's next state.
 
     servo (5,): array of a `PositionServo`.
     """

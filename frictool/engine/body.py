@@ -59,8 +59,8 @@ class FrictionBody:
 
     slip_force: kernel (v, direction, law) -> force. law: parameters of this kernel. `breakaway`,
     `coulomb`, `viscous` and `viscous_beyond` are pairs (backward, forward), >= 0; `stops` is (low,
-    high). tolerance: allowed relative error of the speed while the motion is integrated in steps;
-    motion_pieces.py `layer_piece` states the reference of this error, which contains `speed_scale`.
+    high). tolerance: allowed error of the speed during integration in steps, relative to the
+    reference speed of motion_pieces.py `layer_piece`.
     """
 
     mass: float

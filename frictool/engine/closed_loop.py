@@ -3,7 +3,7 @@
     sample k:  position --[encoder: floor(x/step) step]--> y[k] --[controller]--> u[k]
     --[delay_samples]--> constant until k+1
 
-An incremental encoder counts the edges below the position; the reading is therefore a floor. The
+The reading of an incremental encoder is the position, rounded down to a multiple of its step. The
 command of sample k acts from sample k + delay_samples on. Before the first command acts, the drive
 is zero. The controller limits the command, and the axis limits the drive. A drive without lag jumps
 at a sample; the record contains the drive after the jump.

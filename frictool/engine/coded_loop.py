@@ -1,7 +1,6 @@
 """Closed loop of engine/closed_loop.py with a controller as machine code (control/machine_code.py).
 
-The record equals the record of `closed_loop.run` bit by bit. While the axis rests and the command
-cannot move it, only the state of the drive is computed.
+The record equals the record of `closed_loop.run` bit by bit.
 """
 
 from __future__ import annotations

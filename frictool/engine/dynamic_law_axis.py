@@ -153,10 +153,6 @@ def _wall(x: float, p: Vector) -> float:
 
 @kernel
 def _released(driven: DrivenContact, t: float, wall: float, outwards: float) -> float:
-    """Return the time [s] at which the effort no longer presses the axis against the stop, or inf.
-
-    outwards: acceleration towards the stop at t.
-    """
     drive = driven.drive
     fading = wall * drive[dr.DECAYING] * math.exp(-drive[dr.DECAY_RATE] * t) / driven.mass
     settled = outwards - fading

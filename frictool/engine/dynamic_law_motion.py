@@ -4,8 +4,7 @@
 
 x is the position, v the velocity, r the position reference, u the effort (engine/drive.py), and F
 the friction. `run_dynamic` simulates a run of a mass without load; engine/dynamic_law_axis.py uses
-the steps of this module for an axis in a sampled loop. The kernels of the law are called by their
-addresses, so that the steps are compiled once for all laws.
+the steps of this module for an axis in a sampled loop.
 
 A dynamic law does not switch between stick and slip: in stick, v is small, but not zero. In slip
 the equations are stiff, because the contact relaxes in microseconds. The integrator is therefore an
@@ -137,9 +136,9 @@ def linearise(
 ) -> int:
     """Fill `linear` with the derivatives of y' at the state y; `slope`: y' at y.
 
-    The derivatives are difference quotients. The increment of the velocity increases its magnitude.
-    The increment of z has the direction in which z moves, because a hysteresis is stiffer in the
-    opposite direction.
+    The derivatives are difference quotients. The velocity is changed such that the speed grows. z
+    is changed in the direction in which z moves, because a hysteresis is stiffer in the opposite
+    direction.
     """
     kernels, laws, mass, drive, load = driven
     gains, couplings, in_time = linear

@@ -6,12 +6,11 @@ Within a period, the effort is constant if the drive has no lag. With a lag, the
 effort[k] to effort[k+1].
 
 In most periods the axis slips in one direction under linear friction, without an event. The motion
-over such a period is linear in the state, with coefficients computed once. A test excludes events
-exactly: under the lower of the period's two efforts, the axis is slower at every instant than under
-the real effort. A slip that does not stop under the lower effort therefore does not stop under the
-real effort. All other periods are simulated by engine/axis_motion.py. A load that depends on
-position (plant/position_load.py) is evaluated once per period, at its middle; the error is of
-second order in the period.
+over such a period is linear in the state, with coefficients computed once. A slip that does not
+stop under the lower of the period's two efforts does not stop under the real effort either. All
+other periods are simulated by engine/axis_motion.py. A load that depends on position
+(plant/position_load.py) is evaluated once per period, at its middle; the error is of second order
+in the period.
 
 The correction is that of a stationary observer: before each period, `gains` times (measured -
 position) is added to position and velocity. With zero gains, the simulation is open loop. With the

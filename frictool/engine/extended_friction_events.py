@@ -77,8 +77,8 @@ def extended_slip_event(
 ) -> tuple[float, int]:
     """Return time [s] and kind of the first event of a slip within `longest` [s].
 
-    An event is a stop, a knee of the viscous friction, the edge of the Stribeck layer, or an end
-    stop.
+    An event is a stop, a change of the viscous coefficient, the limit of the Stribeck layer, or an
+    end stop.
     """
     regimes = regime_table(laws[2])
     passed = int(state[KNEES_PASSED])

@@ -117,10 +117,7 @@ def follow_goal(
 
 
 def _mean_over_step(switch: NDArray[np.bool_], late: Vector, step: float) -> Vector:
-    """Return the mean (m,) of a switch (n,) from each index of `late` (m,) to that index + `step`.
-
-    With a mean, the simulation depends continuously on the delay.
-    """
+    """Return the mean (m,) of a switch (n,) from each index of `late` (m,) to index + `step`."""
     held = np.concatenate(([0.0], np.cumsum(switch)))
     at = np.arange(held.size)
     before = np.minimum(late, 0.0) * float(switch[0])

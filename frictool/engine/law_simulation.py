@@ -5,8 +5,7 @@
     dynamic                          Rosenbrock method with error control
     hybrid                           the thesis's equations with a fixed time step
 
-A rest band is a range of low velocities that a law treats as rest. Each of these integrators is
-compiled once for all laws and calls the kernels of the law through pointers.
+A rest band is a range of low velocities that a law treats as rest.
 """
 
 from __future__ import annotations
@@ -82,7 +81,7 @@ class LawRunSettings:
         measured relative to `speed_scale`.
     length_scale: presliding displacement [m | rad]; the change of an internal state over this
         displacement is the reference size of the state in the error control.
-    extension: extended friction (friction/law_extension.py); the time at rest is 0 at 0 s.
+    extension: extended friction (friction/law_extension.py); the first rest begins at 0 s.
     most_events: allowed number of events.
     """
 

@@ -112,8 +112,8 @@ def rest_piece(
 ) -> tuple[float, float]:
     """Return the duration [s] of a rest, and the direction of the breakaway that ends it (0: none).
 
-    refused: direction of a slip that has just ended at the instant of its start (0: none). In
-    this direction the breakaway threshold is raised slightly.
+    refused: direction of a slip that has just ended at the instant of its start (0: none); the
+    breakaway threshold in this direction is raised slightly.
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)

@@ -2,8 +2,7 @@
 
     p(t) = c[0] + c[1] t + ... + c[n-1] t^(n-1)          0 <= t <= h
 
-No zero between two evaluated points a and b is missed, because |p''| has an upper bound, computed
-from the coefficients:
+No zero between two evaluated points a and b is missed, because |p''| <= bound:
 
     p(t) >= min(p(a), p(b)) - bound (b - a)^2 / 8        on [a, b]
 """

@@ -11,8 +11,7 @@ transient   additional acceleration at t = 0, since the drive differs from its f
             without a lag
 
 A phase is the tuple (w0, settled, transient, decay, rate) in SI units; w0 is the initial speed. The
-acceleration has at most one zero, which splits a phase into at most two intervals with a monotone
-speed. Each time at which the speed has a given value is therefore bracketed without a search.
+acceleration has at most one zero. The speed is therefore monotone before and after this zero.
 """
 
 from __future__ import annotations

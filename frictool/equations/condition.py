@@ -9,7 +9,7 @@ from frictool.equations.expression import Term
 
 @dataclass(frozen=True)
 class Condition:
-    """Condition as a sentence and as LaTeX; all `terms` must have the unit `unit`.
+    """Condition as text and as LaTeX; all `terms` must have the unit `unit`.
 
     key: key of the condition's element in the document. source: number of the equation in the
     thesis.

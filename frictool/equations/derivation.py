@@ -45,10 +45,7 @@ class Derivation:
 
 
 def derive(document: Mechanism, assembled: AssembledMechanism) -> Derivation:
-    """Derive the equations of a mechanism.
-
-    Raises ElementError if the terms of a sum differ in dimension.
-    """
+    """Derive the equations; raise ElementError if the terms of a sum differ in dimension."""
     notation = Notation(document)
     start = dict(zip(assembled.blocks, assembled.start.tolist(), strict=True))
     links = _links(document, assembled, notation, start)

@@ -279,10 +279,6 @@ def source(name: str, element: Source, notation: Notation) -> ElementEquations:
 
 
 def _winding(name: str, element: Source, notation: Notation, drive: Term) -> Condition:
-    """Return |R i + K omega| <= U, the limit of the current by the supply voltage.
-
-    R: resistance. i: current. K: constant of the motor. omega: motor speed. U: supply voltage.
-    """
     key = f"sources.{name}.winding"
     assert element.winding is not None
     assert element.constant is not None

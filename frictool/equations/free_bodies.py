@@ -65,10 +65,6 @@ class RigidTree:
         return self._gathered(efforts, extra=False)
 
     def _walk(self) -> Iterator[tuple[str, Term, Term]]:
-        """Yield each block, the root first, with the reflection factors of effort and inertia.
-
-        The loop is not recursive, because chains may be longer than Python's recursion limit.
-        """
         at: dict[str, list[LinkEquations]] = {}
         for link in self.links:
             at.setdefault(link.a, []).append(link)

@@ -23,7 +23,7 @@ LOSS_SOURCES = {"gear": "(2.3)", "rack": "(2.20)", "screw": "(2.12)"}
 class EffortTransfer:
     """Transfer of the effort lambda at the second end b to the first end a.
 
-    The effort -p lambda acts on the block a. factor: p. additional: W, an additional effort on the
+    The effort -p lambda acts on the block a. factor: p. additional: effort W that also acts on the
     block a, for the screw of thesis (2.12). equations: equations of p and W. reason: sentence that
     names the ends that can drive (thesis 2.1.6).
     """
@@ -77,10 +77,6 @@ def _radius(name: str, link: Screw, notation: Notation) -> Term:
 
 
 def _tangent(name: str, link: Screw, notation: Notation, sign: str) -> Term:
-    """Return tan(alpha + phi), tan(alpha - phi) or tan(alpha) by `sign`, with tan(phi) = mu.
-
-    alpha is the lead angle.
-    """
     angle = math.atan(tangent_of_lead(f"links.{name}", link))
     if link.lead_angle is not None:
         alpha = notation.parameter(

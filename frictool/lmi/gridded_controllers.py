@@ -69,8 +69,6 @@ def scheduled_controllers(
 
 
 class _ScheduledPlant:
-    """Plant at one r in balanced coordinates, with the constant terms of thesis (5.62)."""
-
     def __init__(self, solution: GriddedSolution, values: Values, plant: GeneralisedPlant) -> None:
         self.plant = plant
         self.gamma = solution.gamma
@@ -134,7 +132,6 @@ class _ScheduledPlant:
         )
 
     def controller(self, small: float) -> Lti:
-        """Return the controller of thesis (5.63) with M = I and the regularising weight `small`."""
         p, x, y = self.plant, self.x, self.y
         c, b, first, second = self.hats(small)
         a = -self.a.T - second.T @ self.v @ first

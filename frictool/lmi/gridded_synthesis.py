@@ -131,8 +131,6 @@ def minimise(family: Family, schedule: GridSchedule, recentring: float) -> Gridd
 
 
 class _GridSearch:
-    """Grid refinement: the present grid points, state coordinates and scale of gamma."""
-
     def __init__(self, family: Family, schedule: GridSchedule, recentring: float) -> None:
         self.family = family
         self.recentring = recentring
@@ -238,10 +236,6 @@ class _GridSearch:
         )
 
     def failing(self, x: Matrix, y: Matrix, gamma: float, points: Sequence[Values]) -> list[Values]:
-        """Return the points at which X and Y violate the inequalities at `gamma`, the worst first.
-
-        x, y: coefficients of X and Y.
-        """
         margins = self.inequalities(points).margins(x, y, gamma)
         return [points[k] for k in np.argsort(margins) if not margins[k] > 0.0]
 

@@ -244,12 +244,6 @@ class _QuietProblem:
 
 
 def _matrix(first: Matrix, below: Matrix, last: Matrix, square: Vector) -> Matrix:
-    """Return the matrix of the inequality in the module docstring, from its blocks.
-
-    - first, last (k, n, n): first and last diagonal block
-    - square (k,): factor of the identity (w, w), the middle diagonal block
-    - below (k, n, n + w): the last block row, without `last`
-    """
     n, whole = first.shape[1], below.shape[2]
     out = np.zeros((len(first), whole + n, whole + n))
     out[:, :n, :n] = first

@@ -152,10 +152,6 @@ def _solutions(plant: GeneralisedPlant, gamma: float) -> tuple[Matrix, Matrix] |
 def _stabilising(
     a: Matrix, b: Matrix, c: Matrix, d: Matrix, gamma: float, n_w: int
 ) -> Matrix | None:
-    """Return the stabilising solution X if it is positive semidefinite, else None.
-
-    The first `n_w` columns of `b` and `d` belong to the disturbances.
-    """
     n = len(a)
     v = d.T @ d
     v[:n_w, :n_w] -= gamma**2 * np.eye(n_w)

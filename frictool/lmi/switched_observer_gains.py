@@ -125,8 +125,8 @@ def _candidates(
 ) -> list[SwitchedGains]:
     """Return candidates for the gains, the best first; the last has an infinite gamma.
 
-    Each balancing pass gives gains slightly inside the optimum, which are better, and gains at the
-    optimum. t: scaling of the states in the first pass.
+    Each balancing pass gives gains for ROOM times the smallest gamma, which are preferred, and
+    gains for the smallest gamma. t: scaling of the states in the first pass.
     """
     inner, edge = [], []
     for _ in range(PASSES):
@@ -230,7 +230,6 @@ class _SwitchedProblem:
         return self.unit * float(np.sqrt(max(x[-1], 0.0))), self.gains(x)
 
     def inside(self, gamma: float) -> SwitchedGains:
-        """Return the gains that satisfy the inequalities at `gamma` with the largest margin."""
         constraints = []
         for i, j in self.switches:
             free = self.inequality(i, j)

@@ -1,4 +1,4 @@
-"""Number of oscillations before the axis stands still; thesis 5.4.1 allows one.
+"""Number of oscillations until the axis stands still; thesis 5.4.1 allows one.
 
 Two reversals are one oscillation; an odd number is rounded up.
 """

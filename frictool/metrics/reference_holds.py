@@ -52,10 +52,7 @@ def find_holds(reference: Vector, position: Vector, resolution: float = 0.0) -> 
 
 
 def constant_runs(reference: Vector) -> tuple[ConstantRun, ...]:
-    """Return (start, stop, value) of each phase of at least 20 equal samples.
-
-    `reference`: samples (n,).
-    """
+    """Return (start, stop, value) of each phase of at least 20 equal samples of `reference`."""
     if reference.size < MIN_SAMPLES:
         return ()
     changes = np.flatnonzero(np.abs(np.diff(reference)) > 1e-9 * float(np.ptp(reference))) + 1

@@ -18,7 +18,7 @@ def noise_deviation(signal: Vector) -> float:
     """Return the standard deviation of the white noise on `signal` (n,); 0 for n < 3.
 
     The estimate is the median of |second difference|/(0.6745 sqrt 6). A component that is smooth
-    from sample to sample, or constant and quantised, does not change the estimate.
+    from sample to sample does not change the estimate.
     """
     if signal.size < 3:
         return 0.0

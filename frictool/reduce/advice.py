@@ -74,7 +74,7 @@ def needed_tolerance(reports: Iterable[StepReport], play: float) -> float:
 
 
 def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
-    """Return advice for a message: a sufficient --tolerance or, without one, an alternative."""
+    """Return advice for a message: a sufficient --tolerance, or an alternative if none suffices."""
     needed = needed_tolerance(reports, play)
     if needed <= MOST_TOLERANCE:
         return f"--tolerance {needed:g}"

@@ -118,7 +118,6 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
 
 
 def _holds(reference: Vector) -> list[tuple[int, int]]:
-    """Return (first sample, end) of each constant phase of the reference longer than 20 samples."""
     changes = np.flatnonzero(np.diff(reference) != 0.0) + 1
     ends = [0, *changes.tolist(), reference.size]
     return [(first, last) for first, last in itertools.pairwise(ends) if last - first > 20]

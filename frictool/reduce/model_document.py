@@ -39,8 +39,6 @@ Ends = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class _Estimates:
-    """Numbers of a one-inertia model; `ends`: intervals of these numbers by the same names."""
-
     one: OneInertia
     ends: Ends
     axis: Axis

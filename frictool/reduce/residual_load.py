@@ -140,11 +140,6 @@ def _numbers(x: Vector) -> tuple[float, float]:
 
 
 def _any_harmonic(x: Vector, mean: Vector, least: float, most: float) -> ResidualLoad:
-    """Return the harmonic that best fits the mean loads (n,) at the positions x (n,).
-
-    The wave number of the harmonic is between `least` and `most`.
-    """
-
     def squares(number: float) -> float:
         return float(np.sum((mean - _harmonic(x, mean, number).at(x)) ** 2))
 

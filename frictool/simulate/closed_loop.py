@@ -149,8 +149,7 @@ class SimulatedRun(NamedTuple, Generic[V]):
 class StepTest(Generic[V]):
     """Closed loop of one plant and one controller that simulates several scenarios.
 
-    The controller is prepared only once, which saves time. `simulate_closed_loop` and
-    SimulationRequest explain the arguments.
+    `simulate_closed_loop` and SimulationRequest explain the arguments.
     """
 
     def __init__(
@@ -230,10 +229,7 @@ class StepTest(Generic[V]):
         return log if provenance is None else with_provenance(log, provenance)
 
     def runs(self, scenario: Scenario, recorded: Log | None = None) -> Iterator[SimulatedRun[V]]:
-        """Simulate a scenario; yield the signals of each variant.
-
-        Raises the same errors as `log`.
-        """
+        """Simulate a scenario; yield the signals of each variant."""
         prepared = self._prepared(scenario, recorded, no_progress)
         played = self.plant.play(prepared.variants, prepared.loop)
         for number, (variant, run) in enumerate(played):

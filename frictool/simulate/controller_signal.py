@@ -1,8 +1,8 @@
 """Internal signal of a controller at each sample, from a repeated run of its program.
 
-The simulation does not record internal signals, because this would slow down every loop. A repeated
-run with the same number format, references and positions has bit by bit the signals of the
-simulation, even if the simulation used exported code.
+The simulation does not record internal signals. A repeated run with the same number format,
+references and positions has bit by bit the signals of the simulation, even if the simulation used
+exported code.
 """
 
 from __future__ import annotations

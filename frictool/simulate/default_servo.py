@@ -46,10 +46,10 @@ def default_servo(bench: Bench) -> PositionServo:
 
 
 def feedforward(bench: Bench, excitation: Log) -> Vector | None:
-    """Return the feedforward (n,) of a test, N m | N.
+    """Return the feedforward (n,) [N m | N] of a test; None for a test with drive ramps.
 
-    It is the column FEEDFORWARD or, without this column, the effort that the bench's nominal axis
-    needs to follow the reference. The result is None for a test with drive ramps.
+    The feedforward is the column FEEDFORWARD of the test. Without this column, it is the effort
+    that the bench's nominal axis needs to follow the reference.
     """
     signals = excitation.main.signals
     if "reference" not in signals:

@@ -75,13 +75,13 @@ def events_of(moved: MechanismOutcome) -> dict[str, int]:
 
 
 def left_out(moved: MechanismOutcome) -> Iterator[tuple[int, float, float]]:
-    """Yield index, deflection [rad | m] and its rate [rad/s | m/s] of each oscillation left out.
+    """Yield (link, deflection, deflection rate) of each oscillation that the engine suppresses.
 
-    The engine damps a fast link critically. Let V be the sum of the absolute changes of the link's
-    spring effort in the steps of the damped simulation, k its stiffness and m its reduced mass.
-    With the link's own damping, the deflection would differ by about V/k, and its rate by about
-    V/sqrt(k m), as long as the oscillation causes no event. These are estimates: after an impact,
-    the difference can be about 1.4 times as large.
+    The engine damps a fast link critically. The deflection [rad | m] of the real oscillation is
+    about V/k, and its rate [rad/s | m/s] about V/sqrt(k m). V is the sum of the absolute changes of
+    the link's spring effort in the simulation, k the stiffness and m the reduced mass. The
+    estimates assume that the oscillation causes no event; after an impact, the real values can be
+    about 1.4 times as large.
     """
     packed = moved.variant.assembled.packed
     rates = rates_of(moved.variant.assembled)
@@ -96,7 +96,7 @@ def left_out(moved: MechanismOutcome) -> Iterator[tuple[int, float, float]]:
 
 
 def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
-    """Yield the warnings of the assembly, of oscillations left out, and of end stops hit."""
+    """Yield the warnings of the assembly, of suppressed oscillations, and of end stops hit."""
     made = moved.variant.assembled
     if not moved.variant.name:
         yield from made.notes

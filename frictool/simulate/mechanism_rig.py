@@ -93,10 +93,7 @@ def rig_of_mechanism(
 
 
 def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, float]:
-    """Return the data of verify/rig_facts.py without the spring on the axis.
-
-    The springs of a mechanism are part of its model.
-    """
+    """Return the data of verify/rig_facts.py without springs, which the mechanism contains."""
     winding = source.winding
     return {
         "sample_period_s": document.sample_period_s,

@@ -20,7 +20,7 @@ class Rig:
     - owner: pattern of the rig's name in messages; {} stands for the name of the document
     - constant: effort per unit of the drive [N m/A, N m/V, N/A, N/V or 1]
     - effort_axis: kind of axis (rotary or linear) on which the drive acts
-    - facts: numbers in SI by the names in verify/rig_facts.py
+    - facts: data of the rig in SI, with the names in verify/rig_facts.py
     - examples: keys of the bench that still have the example values of `frictool init`
     - bench_values_only: reason why no parameter of the model was identified, or empty
     - presliding: name of the model's presliding law, or empty

@@ -76,7 +76,7 @@ def conditions_of(
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
     """Return the conditions without the faults of a voltage sensor.
 
-    These faults affect only the log, because a measured voltage is not fed back to the controller.
+    A measured voltage is not fed back to the controller, so that its faults affect only the log.
     """
     if rig.drive == "current" or not conditions.size:
         return conditions

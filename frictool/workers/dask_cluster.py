@@ -146,10 +146,7 @@ class ClusterRun:
         client.subscribe_topic(self._topic, self._hear)
 
     def answers(self, source: Iterator[Task]) -> Iterator[tuple[Task, list[Any]]]:
-        """Yield each task with its results.
-
-        The jobs of tasks that the scheduler gave up are repeated at the end.
-        """
+        """Yield each task with its results; repeat the jobs of given-up tasks at the end."""
         while True:
             self._look()
             self._submit(source)

@@ -4,10 +4,9 @@
                 certificates are missing     refused, other certificates, no answer,
                 or do not match the key      or no scheduler
 
-The words below a step are its possible failures. The greeting precedes the creation of a client,
-because a refused greeting fails at once, with the reason.
+The words below a step are its possible failures.
 
-On TLS, see https://distributed.dask.org/en/latest/tls.html.
+TLS: https://distributed.dask.org/en/latest/tls.html.
 """
 
 from __future__ import annotations
@@ -129,8 +128,6 @@ def _certified(distributed: Any, address: str) -> dict[str, Any]:
 
 
 def _greet(distributed: Any, address: str, certificates: dict[str, Any]) -> None:
-    """Connect as Dask does, then disconnect; raise ClusterError with the reason of a failure."""
-
     async def greeting() -> None:
         comm = await asyncio.wait_for(
             distributed.comm.connect(address, timeout=CONNECT_S, **certificates), CONNECT_S + 1.0
@@ -144,7 +141,7 @@ def _greet(distributed: Any, address: str, certificates: dict[str, Any]) -> None
 
 
 def _finish(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    """Run `work` to its end; if this thread has an event loop (notebook), use another thread."""
+    """Run `work`; use another thread if this thread already has an event loop (notebook)."""
     try:
         asyncio.get_running_loop()
     except RuntimeError:

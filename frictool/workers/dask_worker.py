@@ -72,7 +72,6 @@ def _run(topic: str, expected: Installation, function: bytes, task: bytes) -> An
 
 @functools.lru_cache(maxsize=4)
 def _loaded(function: bytes) -> Callable[[Any], Any]:
-    """Return the unpickled function; every task contains the function, as workers may join late."""
     loaded: Callable[[Any], Any] = pickle.loads(function)
     return loaded
 

@@ -38,11 +38,7 @@ FallbackResult = Callable[[Any, str], Any] | None
 
 @dataclass
 class PendingTask:
-    """Task that is waiting or running.
-
-    deaths: number of processes that ended while they ran the task. A task with several jobs has 0
-    deaths, because it is split after the first death.
-    """
+    """Waiting or running task; `deaths`: number of processes that ended while they ran the task."""
 
     task: Task
     deaths: int = 0
@@ -180,8 +176,7 @@ class ProcessPool:
     def _lost(self, index: int) -> list[Answer]:
         """Replace a process that has ended, and make a separate task of each of its jobs.
 
-        If a process ends during a task with one job, the job that caused the end is known. Only
-        such a job is given up.
+        Only a job that ran alone is given up, because it must have caused the end.
         """
         dead = self._members[index]
         cause = dead.cause()
@@ -228,10 +223,7 @@ def _end(members: list[WorkerProcess]) -> None:
 
 
 def _serve(theirs: Connection, function: bytes) -> None:
-    """Run tasks until the pipe is closed.
-
-    Ctrl-C is ignored, because the parent process handles Ctrl-C and ends this process.
-    """
+    """Run tasks until the pipe is closed; ignore Ctrl-C, which the parent process handles."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # before numpy is loaded: another order of sums gives other bytes
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")

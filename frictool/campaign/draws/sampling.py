@@ -74,7 +74,6 @@ def _latin(count: int, factors: int, seed: int) -> Vector:
 
 
 def _vertices(count: int, factors: int, seed: int) -> Vector:
-    """Return `count` different random vertices, or all vertices in binary order."""
     if count >= 2**factors:
         numbers = np.arange(2**factors)[:, None]
         return np.array((numbers >> np.arange(factors)[::-1]) & 1, dtype=np.float64)

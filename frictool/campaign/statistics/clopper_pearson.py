@@ -5,9 +5,9 @@ or a larger one has the probability 1 - confidence. The bound is exact for indep
 
 The draws of a Latin hypercube are not independent. The mean of a function over n of these draws has
 at most the variance of the mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),
-1997). The bounds are therefore those of n - 1 independent draws with the same rate. If factors act
-only jointly, the count may change in steps of two. The count is therefore first reduced by 0.5 for
-the lower bound, and increased by 0.5 for the upper bound.
+1997). The bounds are therefore those of n - 1 independent draws with the same rate. If two factors
+act only jointly, the count may take only every second value. The count is therefore first reduced
+by 0.5 for the lower bound, and increased by 0.5 for the upper bound.
 """
 
 from __future__ import annotations

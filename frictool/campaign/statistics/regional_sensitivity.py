@@ -90,8 +90,8 @@ def region(
 def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
     """Return the Kolmogorov-Smirnov distance and its p-value.
 
-    The p-value is exact for few trials. For many trials (n failing, m passing), the p-value of one
-    sample of n m/(n + m) draws is used.
+    The p-value is exact for few trials. For many trials (n failing, m passing), it is the p-value
+    of a single sample of n m/(n + m) draws.
     """
     method = "exact" if bad.size * good.size <= EXACT else "asymp"
     if method == "exact":

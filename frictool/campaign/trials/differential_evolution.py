@@ -5,12 +5,10 @@ The search starts from the worst draws and has two stages:
 1. One factor after another is moved to an end of its range, as long as the metric gets worse.
 2. Differential evolution continues from the points of stage 1.
 
-The metric can jump where a change of the factors adds or removes a stop or a breakaway. Therefore
-the search uses no gradients. The metric is usually worst at the ends of some factors and between
-the ends of others. The algorithm of stage 2 is JADE (Zhang and Sanderson 2009). JADE mutates points
-towards one of the worst points, and adapts step and crossover to values that succeeded. Points
-outside the unit cube are moved to its faces. The result is the worst evaluated point, not
-necessarily the worst point of the space.
+The search uses no gradients, because the metric can jump where a change of the factors adds or
+removes a stop or a breakaway of the axis. The algorithm of stage 2 is JADE (Zhang and Sanderson
+2009). Points outside the unit cube are moved to its faces. The result is the worst evaluated point,
+not necessarily the worst point of the space.
 """
 
 from __future__ import annotations
@@ -53,7 +51,10 @@ class SearchResult(NamedTuple):
 
 
 class SearchState:
-    """Number of evaluations of a search, and worst point so far."""
+    """Number of evaluations of a search, and worst point so far.
+
+    The badness of a point is the metric's value, with the sign for which a larger value is worse.
+    """
 
     def __init__(self, badness: Badness, evaluations: int) -> None:
         self._badness = badness
@@ -68,7 +69,7 @@ class SearchState:
         return self.left <= 0 or self.worst == math.inf
 
     def at_point(self, unit: Vector) -> float:
-        """Return the badness at the point `unit` (d,), larger if worse; update the worst point."""
+        """Return the badness at the point `unit` (d,); update the worst point."""
         self.left = self.left - 1
         self.tried = self.tried + 1
         badness = self._badness(unit)
@@ -156,7 +157,6 @@ def _cauchy(generator: np.random.Generator, centre: float) -> float:
 def _child(
     units: Vector, values: Vector, index: int, f: float, cr: float, generator: np.random.Generator
 ) -> Vector:
-    """Return the child of point `index` by current-to-pbest/1 mutation and binomial crossover."""
     size, factors = units.shape
     leaders = np.argsort(-values, kind="stable")[: max(2, round(BEST * size))]
     best = int(generator.choice(leaders))

@@ -114,10 +114,7 @@ class TrialPlayer(ScenarioJudge):
         }  # each process builds the cached objects again
 
     def __call__(self, job: tuple[int, tuple[float, ...]]) -> TrialResult:
-        """Simulate a draw, and return the judged result.
-
-        `job`: (index of the draw, point (d,) of the unit cube).
-        """
+        """Simulate the draw `job` = (index, point (d,) of the unit cube); return the result."""
         draw, unit = job
         return self.played(np.array(unit), draw)
 
@@ -148,9 +145,9 @@ class TrialPlayer(ScenarioJudge):
             return TrialResult(draw, (), (), f"{type(error).__name__}: {error}")
 
     def nominal(self) -> tuple[Requirement, ...]:
-        """Simulate the nominal run; return its judged requirements.
+        """Simulate the nominal plant without `spread`; return the judged requirements.
 
-        Raises FrictoolError if the run cannot be simulated or the documents do not fit together.
+        Raises FrictoolError if the plant cannot be simulated or the documents do not fit together.
         """
         return self.judged(nominal_of(self.setting.scenario))
 
@@ -201,7 +198,7 @@ def _value(one: Requirement) -> float:
 def check_nominal(
     requirements: tuple[Requirement, ...], names: DocumentNames
 ) -> tuple[Requirement, ...]:
-    """Return `requirements` of the nominal run; raise NoSolutionError if all are undecided."""
+    """Return the nominal plant's `requirements`; raise NoSolutionError if all are undecided."""
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")
         raise NoSolutionError(

@@ -38,10 +38,7 @@ class JobSharing(Protocol):
 
 
 class DrawJobs(Sequence[Job]):
-    """Jobs of those draws in `units` (n, d) that have no result yet.
-
-    `left`: indices of these draws.
-    """
+    """Jobs of the draws in `units` (n, d) without a stored result; `left`: their indices."""
 
     def __init__(self, units: Vector, left: IntVector) -> None:
         self._units, self._left = units, left

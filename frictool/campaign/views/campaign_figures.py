@@ -1,6 +1,6 @@
 """Figures of a campaign: pass rates, metrics with limits, and failing shares by factor.
 
-If there are many trials, a figure shows bins instead of single trials, which keeps the file small.
+If there are many trials, a figure shows bins instead of single trials.
 """
 
 from __future__ import annotations

@@ -64,7 +64,6 @@ def _points(axes: Axes, trials: Trials, first: int, second: int) -> str:
 
 
 def _dots(axes: Axes, x: Vector, y: Vector, colour: str, size: float, opacity: float) -> None:
-    """Draw points as round ends of one path, which takes fewer bytes than markers."""
     corners = np.repeat(np.stack([x, y], axis=1), 2, axis=0)
     codes = np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=Path.code_type), x.size)
     path = Path(corners, codes)

@@ -177,7 +177,7 @@ def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float
 
 @bare_kernel
 def total_inertia(tree: JointTree) -> float:
-    """Return the inertia of all blocks of the tree, reflected to the root without losses."""
+    """Return the inertia of all blocks of the tree, reflected to the root; losses are neglected."""
     k, p, _, members, _, w = tree
     inertia = 0.0
     for m in range(members.size):

@@ -1,9 +1,7 @@
 """Calls of kernels by address, through wrappers generated from the kernels' types.
 
-A kernel is a compiled function. If a kernel is called by its address, numba does not compile it
-again with each caller. The engine calls friction laws by address and is therefore compiled once for
-all laws. Four large kernels of the engine are also called by address. An address is valid in one
-process only.
+A kernel is a compiled function. The engine calls friction laws by address and is therefore compiled
+once for all laws. An address is valid in one process only.
 """
 
 from __future__ import annotations

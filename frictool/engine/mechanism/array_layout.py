@@ -6,8 +6,8 @@ arrays are divided into sections. `whole` begins with HEADER entries: the number
 and other elements, and the index at which each section begins. A section X has WIDTH columns; the
 entry in row r and column c has the index whole[X] + r * WIDTH + c.
 
-Joints form trees, without loops. Section ORDER lists the blocks in preorder: a parent precedes its
-children. A group is a set of blocks that rigid joints connect.
+Joints form trees. Section ORDER lists the blocks in preorder: a parent precedes its children. A
+group is a set of blocks that rigid joints connect.
 """
 
 from __future__ import annotations

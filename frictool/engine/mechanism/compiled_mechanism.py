@@ -1,8 +1,7 @@
 """Conversion of a `PackedMechanism` to the sections that kernels read (array_layout.py).
 
-Kernels sum forces from the leaves of a tree to its root and compute accelerations from the root to
-the leaves, in O(n). `compile_mechanism` chooses as root a block from which all self-locking links
-are traversed from their driving side.
+`compile_mechanism` chooses as root a block from which all self-locking links are traversed from
+their driving side.
 """
 
 from __future__ import annotations
@@ -154,9 +153,7 @@ def _dry(packed: PackedMechanism, kinds: list[int]) -> IntVector:
 def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Vector, Vector]:
     """Return three arrays (n,): rigid group, speed ratio and group mass of each block.
 
-    The number of a group is the index of its first block. The speed ratio is the speed of the block
-    divided by the speed of this first block. The group mass is the mass of the whole group,
-    reflected to the first block.
+    The number of a group is the index of its first block; speed ratio and mass refer to this block.
     """
     n = packed.inertia.size
     joints = packed.joints

@@ -59,10 +59,6 @@ def _is_there(
     index: int,
     count: int,
 ) -> bool:
-    """Return True if the guard at `index` is at its target value, and no other guard is passed.
-
-    A guard is passed if it is below FAR (guard of a force) or below BROKEN (other guards).
-    """
     if is_forced(k, modes, index):
         if not FAR <= guard[index] < BROKEN:
             return False
@@ -221,10 +217,7 @@ def locate(
     must be passed at the end. Afterwards the rows END, AFTER, TRIAL and SPENT contain the results
     of the shortened step.
 
-    The search brackets the first such instant and evaluates the step's dense output. For the guard
-    of a speed or a position, the next instant is the zero of the cubic through both ends of the
-    bracket. For the guard of a force, regula falsi (Illinois) gives the next instant. Every fourth
-    iteration bisects the bracket.
+    The search is a bracketed root search on the step's dense output.
     """
     k, p, _ = machine
     y, modes, workspace = state.y, state.modes, state.workspace

@@ -1,7 +1,4 @@
-"""Memory of dynamic laws, for example of past reversals, updated after accepted steps only.
-
-A step ends at each reversal, because the memory must register the reversal.
-"""
+"""Memory of dynamic laws, for example of past reversals, updated after accepted steps only."""
 
 from __future__ import annotations
 

@@ -69,11 +69,6 @@ def _until(s: float, rate: float, goal: float, absorbed: float) -> float:
 def _meet(
     k: IntVector, p: Vector, joint: int, side: int, y: Vector, w: Vector, work: Vector
 ) -> None:
-    """Resolve one impact of two groups.
-
-    The impulse is increased until one of the groups comes to rest, and then increased further with
-    the new rates of change.
-    """
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, joint)
     ratio = ly.ratio(p, row)

@@ -197,8 +197,7 @@ def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float)
 def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, at: float) -> bool:
     """Evaluate the dense output at the time `at` in 0 .. h; return True if the rates are finite.
 
-    Afterwards the rows END, AFTER and TRIAL are those that `try_step` with the length `at` would
-    fill.
+    Fills the rows END, AFTER and TRIAL with the results of a step of length `at`.
     """
     y, workspace = state.y, state.workspace
     end = workspace.lines[st.END]

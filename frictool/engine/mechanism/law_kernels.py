@@ -14,8 +14,6 @@ kind  name     treatment in the engine
 4     BANDED   static law that treats low speeds as rest (thesis 2.32, 2.35); the mode of the law
                is updated as for HYBRID
 ====  =======  ==================================================================================
-
-The kernels are called by address, so that their callers are compiled once for all laws.
 """
 
 from __future__ import annotations
@@ -66,8 +64,7 @@ def kind_of(law: Law, p: Vector) -> int:
 def straight_of(law: Law, p: Vector) -> int:
     """Return the index in p of the viscous coefficient if slip friction is linear in speed, else 0.
 
-    The friction in slip is then p[0] + viscous * speed. Kernels compute this sum from p, because a
-    call of the law is slower.
+    The friction in slip is then p[0] + viscous * speed.
     """
     names = [parameter.name for parameter in law.parameters]
     if (

@@ -44,7 +44,7 @@ LOOKS = 4  # parts of a step at whose ends guards of forces are checked
 
 @bare_kernel
 def _nudge(k: IntVector, p: Vector, y: Vector, modes: IntVector, j: int) -> float:
-    """Return the difference of state j for the Jacobian; it keeps the direction of slip."""
+    """Return the increment of state j for the Jacobian, which keeps the direction of slip."""
     n = k[ly.BLOCKS]
     if j >= 2 * n:
         size = ly.inner_size(k, p, j - 2 * n)
@@ -191,7 +191,6 @@ def _add_springs(
 
 @bare_kernel
 def _factorise(w: Vector, pivots: IntVector) -> None:
-    """Replace w (s, s) by its LU factors with partial pivoting."""
     s = w.shape[0]
     for j in range(s):
         best = j
@@ -213,7 +212,6 @@ def _factorise(w: Vector, pivots: IntVector) -> None:
 
 @bare_kernel
 def _solve(w: Vector, pivots: IntVector, x: Vector) -> None:
-    """Replace x (s,) by the solution of the factorised system."""
     s = w.shape[0]
     for j in range(s):
         best = pivots[j]
@@ -272,7 +270,6 @@ def _relative_error(
 
 @bare_kernel
 def _energy_scale(k: IntVector, p: Vector, end: Vector) -> float:
-    """Return the energy [J] to which the error of work is relative."""
     energy = 0.0
     for i in range(k[ly.BLOCKS]):
         speed = max(SLOW * ly.speed_scale(k, p, i), abs(end[k[ly.BLOCKS] + i]))
@@ -282,7 +279,6 @@ def _energy_scale(k: IntVector, p: Vector, end: Vector) -> float:
 
 @bare_kernel
 def _fill_path(stages: Vector, gain: Vector, path: Vector) -> None:
-    """Write the coefficients of the dense output (weighted_sums.py `on_path`) to `path`."""
     for row in range(BUMPS):
         for i in range(path.shape[1]):
             path[row, i] = 0.0
@@ -314,9 +310,10 @@ def rosenbrock_step(
     """Try an implicit step, with the arguments and results of `integration_step.try_step`.
 
     Returns error/tolerance, inf if a law or the mechanism fails. The row SPENT contains the work of
-    the step. If the step is accepted, the rows from PATH on contain the dense output, and THIRD[0]
-    the first of the fractions 1/4, 1/2 and 3/4 of the step at which one of the first `watching`
-    guards of the row WATCHED is broken. THIRD[0] is 1 if none is, or if the step is rejected.
+    the step. If the step is accepted, the rows from PATH on contain the dense output. The first
+    `watching` guards of the row WATCHED are checked at 1/4, 1/2 and 3/4 of the step: THIRD[0] is
+    the first of these fractions at which a guard is passed. THIRD[0] is 1 if no guard is passed, or
+    if the step is rejected.
     """
     k, p = machine.whole, machine.numbers
     y, modes, workspace = state.y, state.modes, state.workspace
@@ -439,8 +436,8 @@ def stiff_step(
 def add_effort_changes(k: IntVector, p: Vector, state: MechanismState) -> None:
     """Add the absolute change of each coupling's spring effort in a step to `state.pace`.
 
-    It is the difference between the efforts at start and end of the step; the row END contains the
-    state at the end. Rounding errors of the stretch increase the sum.
+    The row END contains the state at the end of the step. Rounding errors of the stretch increase
+    the sum.
     """
     y, end = state.y, state.workspace.lines[st.END]
     for c in range(k[ly.COUPLINGS]):

@@ -1,7 +1,6 @@
 """Weighted sums of a step's slopes (derivatives): stage points, end, error and dense output.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10.
-Slopes with weight 0 are left out. Each loop over the states adds FOUR terms, which is faster.
 """
 
 from __future__ import annotations
