@@ -80,7 +80,7 @@ class FiniteRange(click.FloatRange):
             self.fail(f"found {number}; allowed: a finite number.", param, ctx)
         if number and not self.LEAST <= abs(number) <= self.LARGEST:
             self.fail(
-                f"found: {number:g}; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in "
+                f"found {number:g}; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in "
                 "magnitude.",
                 param,
                 ctx,

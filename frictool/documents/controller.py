@@ -256,7 +256,7 @@ class FrictionCompensation(
         if self.source == "model" and self.smoothing_speed == 0.0:
             raise ValueError(
                 "`source: model` needs smoothing_speed, the speed below which the "
-                "modelled friction fades"
+                "modelled friction decreases to 0"
             )
         if self.source == "observer" and (self.observer_rad_s == 0.0 or self.inertia == 0.0):
             raise ValueError("`source: observer` needs observer_rad_s and inertia")

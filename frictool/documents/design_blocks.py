@@ -185,7 +185,7 @@ class FrictionCompensationDesign(
         if self.velocity == "reference" and self.smoothing_speed is None:
             raise ValueError(
                 "`velocity: reference` needs smoothing_speed, the speed below which the "
-                "modelled friction fades"
+                "modelled friction decreases to 0"
             )
 
 

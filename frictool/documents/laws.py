@@ -82,8 +82,8 @@ class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
             side = getattr(self, name)
             if ends is not None and (side is None or len(ends) != len(side)):
                 raise ValueError(
-                    f"{name}_interval: found {len(ends)}; allowed: one for each "
-                    f"coefficient of {name}"
+                    f"{name}_interval: found {len(ends)} intervals; allowed: one interval "
+                    f"for each coefficient of {name}"
                 )
 
 

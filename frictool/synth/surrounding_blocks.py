@@ -265,7 +265,7 @@ class _BlockRules:
         if self.velocity.source == "measured":
             raise FrictoolError(
                 "friction_compensation.smoothing_speed: missing, and a measured speed has no "
-                "default; write the speed below which the modelled friction fades"
+                "default; write the speed below which the modelled friction decreases to 0"
             ).at("design", "friction_compensation.smoothing_speed")
         block = FeedbackLoop("velocity", low_pass(self.velocity, self.period), (DIFFERENCE,))
         value = count_current(from_position(block), self.model.bench.encoder.resolution)

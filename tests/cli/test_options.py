@@ -65,7 +65,7 @@ def test_a_number_that_no_bench_has_is_a_wrong_command_line(words: tuple[str | P
     result = run(*words)
     assert (result.code, result.stdout) == (2, "")
     assert (
-        f"Invalid value for '{words[-2]}': found: {float(words[-1]):g}; allowed: 0, or 1e-15 to "
+        f"Invalid value for '{words[-2]}': found {float(words[-1]):g}; allowed: 0, or 1e-15 to "
         "1e+12" in result.stderr
     )
 

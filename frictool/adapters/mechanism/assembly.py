@@ -115,8 +115,8 @@ def assemble(document: Mechanism) -> AssembledMechanism:
 def _stiff_notes(assembled: AssembledMechanism) -> list[str]:
     rates = rates_of(assembled)
     return [
-        f"{name}: {rates.rate[link]:.3g} rad/s is above {LARGEST_RATE:g} rad/s, therefore a "
-        "simulation damps its oscillation critically"
+        f"{name}: the link's rate of {rates.rate[link]:.3g} rad/s is above {LARGEST_RATE:g} rad/s, "
+        "so that a simulation damps the link's oscillation critically"
         for link, name in enumerate(assembled.couplings)
         if rates.raised[link]
     ]
