@@ -82,9 +82,9 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
 
 
 def assumed_fall(model: Model) -> str:
-    """Return a remark if the model has no Stribeck velocity, so that one is assumed; "" otherwise.
+    """Return a remark if the presliding law uses an assumed Stribeck velocity, else "".
 
-    The law then needs a speed within which the friction falls from breakaway to Coulomb friction.
+    The velocity is assumed if the model has none, but its breakaway is above its Coulomb friction.
     """
     document, today = model.presliding, model.parameters
     if (

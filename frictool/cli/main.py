@@ -205,8 +205,8 @@ def _prepare() -> None:
     """Prepare the process: one thread for linear algebra, robust streams, few garbage collections.
 
     Several threads would sum in another order and change the output. A closed stream is replaced. A
-    character outside the terminal's encoding is escaped instead of raising an error. A garbage
-    collection would visit the hundreds of thousands of objects of imported packages in vain.
+    character outside the terminal's encoding is escaped. A garbage collection would visit the many
+    objects of imported packages in vain.
     """
     gc.set_threshold(GARBAGE, *gc.get_threshold()[1:])
     atexit.register(gc.freeze)

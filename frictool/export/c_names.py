@@ -136,7 +136,7 @@ def _split(name: str) -> tuple[str, Index]:
 def _tables(
     nodes: Iterable[ProgramNode], program: Program, free: Callable[[str], str]
 ) -> list[NamedArray]:
-    """Return the scalars and arrays of the nodes; `free` makes a C name of a node's name.
+    """Return the scalars and arrays of the nodes; `free` converts a node's name to a C name.
 
     Nodes whose names differ only in the index are elements of one array. Each node without an index
     is a scalar, even if another node has the same name.

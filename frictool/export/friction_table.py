@@ -99,7 +99,6 @@ def _speed_table(model: Model, sides: list[SlipCurve], top: float, head: str) ->
 
 
 def _speeds(sides: list[SlipCurve], top: float, number: int) -> Vector:
-    """Return rising speeds: equally spaced from 0 to `top`, and the `bend_speeds` of each side."""
     inside = [speed for side in sides for speed in bend_speeds(side) if speed < top]
     return np.unique(np.concatenate((np.linspace(0.0, top, number), inside)))
 

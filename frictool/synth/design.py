@@ -222,10 +222,7 @@ def _certificate(
 def _with_rest(
     posed: SynthesisProblem, controller: stored.Controller, certificate: Certificate
 ) -> Certificate:
-    """Return the certificate with the proof of rest or, without a rest band, the limit cycle.
-
-    The limit cycle is searched by simulation.
-    """
+    """Return the certificate with the proof of rest, or with the limit cycle of a simulation."""
     at_rest = prove_rest(controller, certificate)
     if at_rest is not None:
         return msgspec.structs.replace(certificate, rest=at_rest, cycle=None)

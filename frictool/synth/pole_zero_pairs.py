@@ -52,10 +52,10 @@ def section_response(sections: Matrix, angles: Vector) -> ComplexVector:
 
 
 def _halves(values: ComplexVector) -> ComplexVector:
-    """Return one number of each conjugate pair, and the real numbers, in increasing order.
+    """Return one number of each conjugate pair, then the real numbers, both in rising order.
 
-    The number is the one with a positive imaginary part, averaged with the conjugate of its
-    partner.
+    A pair is represented by its number with positive imaginary part, averaged with the conjugate of
+    the other number.
     """
     ordered = values[np.lexsort((np.abs(values.imag), values.real))]
     is_real = np.abs(ordered.imag) <= REAL * np.abs(ordered)

@@ -129,7 +129,6 @@ def _gathered(
     links: list[Transmission],
     groups: tuple[RigidGroup, ...],
 ) -> ElementArrays:
-    """Add all elements that act on blocks, except rigid links and sources, to `collected`."""
     for link in links:
         if not link.rigid:
             collected.coupling(link)
