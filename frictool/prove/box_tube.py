@@ -396,7 +396,7 @@ class _Tube:
             copy_forms(self.forms),
             self.motion.copy(),
             self.record.copy(),
-            self.past,
+            Forms(*(part.copy() for part in self.past)),
             self.sample,
         )
 

@@ -54,6 +54,7 @@ from frictool.prove.box_tube import (
     CellRatios,
     StepStart,
     UnprovedCell,
+    _started,
     step_bounds,
 )
 from frictool.prove.proof_view import lines
@@ -323,6 +324,16 @@ def test_a_tube_that_becomes_too_wide_is_undecided() -> None:
     test = _speed()
     with pytest.raises(UnprovedCell, match="too wide"):
         step_bounds(test.loop, ratios_of(test, ""), test.start, test.goals[0].plan)
+
+
+def test_branches_of_a_tube_share_no_memory() -> None:
+    test = _speed()
+    tube = _started(test.loop, ratios_of(test, ""), test.start, test.goals[0].plan)
+    branch = tube.copy()
+    for one, other in ((tube.forms, branch.forms), (tube.past, branch.past)):
+        assert not any(map(np.shares_memory, one, other))
+    assert not np.shares_memory(tube.motion, branch.motion)
+    assert not np.shares_memory(tube.record, branch.record)
 
 
 @kernel
