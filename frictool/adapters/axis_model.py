@@ -29,9 +29,9 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     `overrides`: values of fields of AxisParameters. An overridden Coulomb or viscous friction
         scales the model's friction (adapters/friction_levels.py); an overridden breakaway does not.
 
-    If the bench does not contain the friction inside the backlash (motor and brushes, thesis
-    4.4.4), the smaller Coulomb friction of the two directions is used for it. Raises ValueError
-    with the name of a parameter that is out of range.
+    If the bench does not state the friction inside the backlash (motor and brushes, thesis 4.4.4),
+    this friction is the smaller Coulomb friction of the two directions. Raises ValueError with the
+    name of a parameter that is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {

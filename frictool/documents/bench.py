@@ -66,8 +66,8 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     - `counts_per_revolution`: Number of counts per turn of a rotary axis. Write this key or `step`.
     - `step`: Distance or angle of one count, for either kind of axis.
     - `direction`: Sign with which the count changes during forward motion.
-    - `wrap`: Period of a sensor that reports the position modulo a period, such as 360 deg or 4096
-      counts. The position must move by less than half a period per sample.
+    - `wrap`: Period of a sensor that reports the position modulo this period, such as 360 deg or
+      4096 counts. The position must move by less than half a period per sample.
     - `wrap_bits`: Number of bits of a counter that overflows. Write this key or `wrap`.
     - `signed`: True if the counter of `wrap_bits` is signed. This key is needed if the first count
       of the log does not show whether the counter is signed.

@@ -214,7 +214,7 @@ class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 class FrictionCompensation(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Friction effort that is added to the drive; it is meant as a baseline for comparison.
+    """Friction effort that is added to the drive, as a baseline for comparison.
 
     - `source`: Source of the effort. `model`: the effort is coulomb tanh(v/smoothing_speed) +
       viscous v, or it is interpolated in the table `speeds`, `efforts`. `observer`: the effort is

@@ -148,7 +148,7 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 class FrictionCompensationDesign(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Friction effort that is added to the drive; it is meant as a baseline for comparison.
+    """Friction effort that is added to the drive, as a baseline for comparison.
 
     - `source`: `model` adds the model's friction. This friction is Coulomb friction times
       tanh(v/smoothing_speed) plus viscous friction times v. If the model has a Stribeck term or

@@ -224,7 +224,7 @@ class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `stiffness`: Stiffness of a spring that is relaxed at position 0.
     - `gravity`: Gravity of an unbalanced arm.
     - `ripple`: Effort ripple.
-    - `harmonics`: Ripple components with other periods, such as harmonics of `ripple`.
+    - `harmonics`: Ripple components with other periods than `ripple`, such as harmonics.
     """
 
     stiffness: StiffnessEstimate | None = None

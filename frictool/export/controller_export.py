@@ -121,7 +121,7 @@ def export(
     Parameters
     ----------
     controller : Controller
-        The controller; it is verified again with rounded coefficients.
+        The controller, which is verified again with rounded coefficients.
     language : {"c", "json", "cmsis", "matlab", "fmu"}
         Language of the files.
     number : {"double", "float", "q31", "q15"}, optional
