@@ -26,7 +26,8 @@ class RequiredLibrary:
     """Library that the package's metadata requires.
 
     least: minimum version.
-    extra: extra that requires the library; None if every installation requires it.
+    extra: optional feature (pip extra) that requires the library; None if frictool always requires
+        it.
     installed: installed version; None if the library is missing.
     """
 

@@ -1,4 +1,4 @@
-"""Kernels of several dynamic laws: initial value of a scalar z, and `commit` without memory."""
+"""Kernels that several dynamic laws share: the initial state, and a `commit` that does nothing."""
 
 from __future__ import annotations
 
@@ -17,5 +17,5 @@ def scalar_reset(p: Vector) -> Vector:
 
 @kernel
 def no_memory(z: Vector, v: float, p: Vector) -> int:
-    """Return the status OK and change nothing; kernel `commit` of a law without memory."""
+    """Return the status OK: `commit` of a law without memory has nothing to store."""
     return OK

@@ -49,7 +49,7 @@ def sliding_force(v: float, u: float, p: Vector) -> float:
 
 @kernel
 def no_memory(mode: int, z: Vector, p: Vector) -> int:
-    """Return the status OK and change nothing; kernel `commit` of a law without memory."""
+    """Return the status OK: `commit` of a law without memory has nothing to store."""
     return OK
 
 

@@ -132,7 +132,7 @@ class Law:
     ) -> Vector:
         """Return the kernels' parameter array p from SI values by name.
 
-        `tail` replaces the default tail; `maxwell_bank.bank_tail` and
+        `tail` replaces the default entries of p after the parameters; `maxwell_bank.bank_tail` and
         `preisach_cycles.everett_tail` compute a tail from measurements. Raises ValueError if a
         parameter is unknown, missing or out of range.
         """

@@ -24,10 +24,10 @@ def knee_force(v: float, regimes: Vector) -> float:
 
 @kernel
 def regime_force(speed: float, regimes: Vector, passed: int) -> float:
-    """Return the additional friction [N | N m] of the first `passed` knees at a speed >= 0.
+    """Return the additional friction [N | N m] of the lowest `passed` knee speeds at a speed >= 0.
 
     With a constant `passed`, the force is a smooth function of the speed. An integrator requires
-    this between two knees.
+    this between two knee speeds.
     """
     total = 0.0
     for i in range(0, 2 * passed, 2):
@@ -37,7 +37,7 @@ def regime_force(speed: float, regimes: Vector, passed: int) -> float:
 
 @kernel
 def count_passed_knees(speed: float, regimes: Vector) -> int:
-    """Return the number of knees below `speed` [m/s | rad/s]."""
+    """Return the number of knee speeds below `speed` [m/s | rad/s]."""
     count = 0
     while 2 * count < regimes.shape[0] and regimes[2 * count] < speed:
         count += 1
@@ -46,7 +46,7 @@ def count_passed_knees(speed: float, regimes: Vector) -> int:
 
 @kernel
 def knee_slope(v: float, regimes: Vector) -> float:
-    """Return the derivative of `knee_force` with respect to v; at a knee, the limit from below."""
+    """Return the derivative of `knee_force` by v; at a knee speed, the limit from below."""
     total = 0.0
     speed = abs(v)
     for i in range(0, regimes.shape[0] - 1, 2):

@@ -2,7 +2,7 @@
 
 The check uses the inertia, which does not change with wear. The estimated inertia must be in the
 range in bench.yaml, widened by the uncertainty of the actuator constant and by the spread between
-units. If the estimate is outside this range, the log is from another rig, its clock or drive
+actuators. If the estimate is outside this range, the log is from another rig, its clock or drive
 differs from the bench's, or the logged drive signal saturates.
 """
 

@@ -26,7 +26,7 @@ class SecondObserver:
     """Additional observer, and the sums of its velocity errors."""
 
     def __init__(self, observer: Observer, cutoff: float) -> None:
-        """Create the run; `cutoff` [Hz] is the cut-off frequency of the zero-phase velocity."""
+        """Create the run; `cutoff` [Hz]: that of the zero-phase velocity, the errors' reference."""
         self.observer = observer
         self._run = ObserverRun(observer)
         self._figures = VelocityErrors(cutoff, observer.sample_period_s)
@@ -85,7 +85,7 @@ def samples_of(output: ObserverOutput) -> SampleBlock:
 def check_observer(path: Path, observer: Observer, model: Model, period: float) -> None:
     """Raise DocumentError if the observer does not fit the model or the log.
 
-    The kind of axis must be that of `model`, and the sample period that of the log, `period` [s].
+    The observer must have the kind of axis of `model`, and the log's sample period, `period` [s].
     `path` is the file of the observer.
     """
     if observer.axis != model.axis:

@@ -116,7 +116,7 @@ class VelocityErrors:
         )
 
     def _compare(self, last: bool) -> None:
-        """Add the errors of the samples that are ready, or of all pending samples if `last`."""
+        """Add the errors of samples with enough later samples; if `last`, of all pending ones."""
         pending = self.pending
         if not pending.position:
             return

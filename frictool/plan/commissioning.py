@@ -185,7 +185,7 @@ def _strokes(
 
 
 def _compensated(test: PreciseTest, bench: Bench) -> PreciseTest:
-    """Return the test with a column FEEDFORWARD for the inertia and friction of `bench`."""
+    """Return the test with the column FEEDFORWARD: effort for inertia and friction of `bench`."""
     sequence = test.sequence
     effort = feedforward(bench, sequence.as_log("test"))
     assert effort is not None

@@ -1,10 +1,11 @@
 """Tests of strokes that keep every axis of a bench within the travel.
 
-A test of strokes is a reference of the position loop. An axis does not follow it exactly. If its
-inertia or friction differs from the bench's value, it overshoots the reversals. A coarse encoder or
-a long delay makes the loop slow, and the overshoot larger. The test is simulated on the axes at the
-ends of the a-priori intervals. If one of them comes closer to an end of the travel than half of the
-margin of the reference, the test is designed again for a shorter travel.
+A test of strokes is a reference of the position loop. A real axis does not follow this reference
+exactly. If the inertia or the friction of the axis differs from the bench's value, the axis
+overshoots the reversals. A coarse encoder or a long delay makes the loop slow, and the overshoot
+larger. The test is simulated on the axes at the ends of the a-priori intervals. If one of them
+comes closer to an end of the travel than half of the margin of the reference, the test is designed
+again for a shorter travel.
 """
 
 from __future__ import annotations
@@ -32,10 +33,11 @@ DESIGNS = 5  # largest number of designs, each for a shorter travel
 
 @dataclass
 class ContainedDesign:
-    """Design of tests whose axes stay within the travel; it remembers the shorter travel.
+    """Design of tests in which every axis stays within the travel of the bench.
 
     - bench: bench with its a-priori intervals and its travel
-    - usable: bench with the travel for which tests are designed
+    - usable: bench with the travel for which tests are designed, shortened if an axis left the
+      travel
     """
 
     bench: Bench

@@ -47,7 +47,7 @@ def narrowed_model(model: Model) -> Model:
 
 
 def exact_model(model: Model) -> Model:
-    """Return the narrowed model, whose parameters have the value of logs or bench, no interval."""
+    """Return the model with exact values, from the logs or the bench, in place of intervals."""
     exact = {
         name: structs.replace(one, low=one.value, high=one.value)
         for name in NARROWED

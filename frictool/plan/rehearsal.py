@@ -57,7 +57,7 @@ class HalfWidthSample:
 
     @property
     def likely(self) -> float:
-        """Return the upper bound to expect after further rehearsals confirm these half widths."""
+        """Return the value that `upper` has if further rehearsals give the same half widths."""
         return self._bound(CONFIRMED_SPREAD)
 
     def _bound(self, spread: float) -> float:

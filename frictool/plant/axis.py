@@ -92,7 +92,7 @@ class AxisParameters(NamedTuple):
                 raise ValueError(f"{name} is 0; allowed: > 0")
 
     def as_array(self) -> NDArray[np.float64]:
-        """Return the parameters for kernels, shape (14,), or (EXTENDED_SIZE,) with `laws`.
+        """Return the parameters for kernels, (14,), or (EXTENDED_SIZE,) if `laws` has an effect.
 
         Raises ValueError as `checked` and `AxisLaws.pack` do.
         """
@@ -122,5 +122,5 @@ def _packed(parameters: AxisParameters) -> NDArray[np.float64]:
 
 
 def rest(position: float = 0.0, drive: float = 0.0) -> NDArray[np.float64]:
-    """Return the state (7,) at rest: motor and load at `position`, centred in the backlash."""
+    """Return the state (7,) at rest, mid-backlash, at `position` [rad | m] with `drive` [A | V]."""
     return np.array([position, 0.0, drive, 0.0, position, STUCK, 0.0])

@@ -49,7 +49,7 @@ class Lti:
 
     @property
     def stable(self) -> bool:
-        """Return True if every pole is inside the stability region of the system's time domain."""
+        """Return True if all poles are stable: Re < 0 in continuous, |z| < 1 in discrete time."""
         poles = np.linalg.eigvals(self.a)
         return bool(np.all(np.abs(poles) < 1.0) if self.period else np.all(poles.real < 0.0))
 

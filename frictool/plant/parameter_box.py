@@ -16,7 +16,7 @@ DYNAMIC = ("inertia", "constant", "viscous")  # parameters that change the axis'
 
 
 def enclosing_box(points: Sequence[PlantPoint]) -> dict[str, tuple[float, float]]:
-    """Return the smallest box (low, high) of the four parameters that contains all points."""
+    """Return the smallest interval (low, high) of each parameter of the plants `points`."""
     return {
         name: (min(getattr(p, name) for p in points), max(getattr(p, name) for p in points))
         for name in (*DYNAMIC, "coulomb")
@@ -32,7 +32,7 @@ def largest_coulomb(box: Box) -> float:
 
 
 def moving(box: Box) -> tuple[str, ...]:
-    """Return the parameters of DYNAMIC whose interval has a width above 0."""
+    """Return which of inertia, constant and viscous friction have an interval of nonzero width."""
     return tuple(name for name in DYNAMIC if box[name][1] > box[name][0])
 
 

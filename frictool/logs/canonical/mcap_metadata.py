@@ -22,7 +22,7 @@ Metadata = dict[str, dict[str, str]]  # name -> key -> text
 
 
 def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) -> list[StreamHeader]:
-    """Return the headers (topic, fields, units) of the channels, in the same order.
+    """Return the headers (topic, fields, units) in the order of `channels`.
 
     Raises LogError if there is no channel, or if a channel has no samples or no units.
     """

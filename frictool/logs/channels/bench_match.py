@@ -84,7 +84,7 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
 
 
 def _check_drive(log: Log, stream: Stream, bench: Bench) -> str | None:
-    """Return a warning if a drive signal exceeds the drive's limit; raise LogError if it cannot."""
+    """Return a warning above SUSPECT times the drive's limit; raise LogError above IMPOSSIBLE."""
     notes = log.metadata.get(COLUMNS, {})
     paths = {name: _path_before(log, message_path(stream.topic, name)) for name in stream.signals}
     columns = {

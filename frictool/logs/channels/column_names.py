@@ -91,10 +91,7 @@ def quantities(name: str) -> list[str]:
 
 
 def clarity(name: str) -> int:
-    """Return the level in QUANTITIES of the clearest word of a column name; 0 is the clearest.
-
-    The result is len(QUANTITIES) if no word denotes a channel.
-    """
+    """Return a rank: 0 if a name clearly denotes a channel, len(QUANTITIES) if it denotes none."""
     name_words = {*words(name), "".join(words(name))}
     levels = (set("|".join(level.values()).split("|")) for level in QUANTITIES)
     return next(

@@ -111,7 +111,7 @@ class Unwrapping:
         self._refuse()
 
     def finish(self) -> None:
-        """Check the last samples of the position in the same way as `check`."""
+        """Check the last samples of the position, as `check` does."""
         self._wraps.finish()
         self._refuse()
 

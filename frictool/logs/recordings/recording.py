@@ -143,7 +143,7 @@ class RecordingFile(Protocol):
 class TopicTable:
     """Table of the numbers of one topic (implements RawTable).
 
-    clock: path of the stamp that gives the times of the rows, or `log time`.
+    clock: path of the time stamp that gives the times of the rows, or `log time`.
     """
 
     def __init__(self, container: RecordingFile, topic: Topic, clock: str | None) -> None:

@@ -43,7 +43,7 @@ class UnmodelledFriction:
     """Friction at top speed that the model does not include, relative to the dry friction.
 
     - slope, deviation: mean and standard deviation of the part that is proportional to speed
-    - bend: standard deviation of the friction that each bend adds
+    - bend: standard deviation of the friction that each bend (change of the slope over speed) adds
     """
 
     slope: float = 0.0

@@ -31,13 +31,13 @@ def zone_edges(layout: WeakFormLayout) -> list[float]:
 
 
 def zone_mean(layout: WeakFormLayout, zone: int) -> Vector:
-    """Return weights (p,) that give the friction in a zone, averaged over both directions."""
+    """Return weights (p,) that average a zone's dry-friction coefficients over both directions."""
     columns = dry_columns(layout, zone=zone)
     return np.asarray(columns / np.sum(columns))
 
 
 def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | None = None) -> Vector:
-    """Return weights (p,) that give the mean friction over `zones`, relative to the model's.
+    """Return weights (p,): the weighted coefficients add up to (mean friction)/(model's friction).
 
     - zones: indices of zones; empty for all zones
     - side: direction; None for both directions
