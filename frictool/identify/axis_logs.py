@@ -54,7 +54,7 @@ class AxisLogs:
     unused_ramps: str | None
 
     def without_load(self, laws: Laws | None) -> AxisLogs:
-        """Return the logs with the effort of the load `laws` subtracted in the ramps."""
+        """Return the logs with the effort of the load `laws` subtracted in the records of ramps."""
         if laws is None:
             return self
         return replace(self, ramps=[without_load(record, laws) for record in self.ramps])

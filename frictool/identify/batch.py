@@ -116,10 +116,7 @@ def _called(members: list[FleetLog], each: str) -> PurePosixPath:
 
 
 def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
-    """Return the paths as relative paths without `..`, so that they can be created below a folder.
-
-    The common parent folder of all absolute paths is removed from each absolute path.
-    """
+    """Return relative paths without `..` and without the common parent folder of absolute paths."""
     rooted = [one for one in called if one.is_absolute()]
     top = (
         PurePosixPath(os.path.commonpath([one.parent for one in rooted]))
@@ -198,7 +195,6 @@ class IdentifyJob:
         return BatchResult(group, origin, entry)
 
     def _origin(self, logs: Sequence[Log], group: LogGroup) -> LogOrigin:
-        """Return unit and earliest date of the logs; raise LogError for logs of several units."""
         origins = [
             origin_of_log(log, member.name, self.patterns)
             for log, member in zip(logs, group.members, strict=True)
@@ -232,10 +228,7 @@ def _bench(text: str) -> Bench:
 
 
 def _named(text: str, paths: Paths, group: LogGroup) -> str:
-    """Return the message with the names of the logs in place of their paths.
-
-    If the group has a single log, the name of this log is removed from the start of the message.
-    """
+    """Return the message with the names of the logs in place of their paths."""
     for path, member in zip(paths, group.members, strict=True):
         name = "" if len(paths) == 1 else f"{member.name.file}: "
         for prefix in (f"{path}: ", f"{path.name}: "):

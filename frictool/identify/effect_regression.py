@@ -46,7 +46,7 @@ from frictool.typing import IntVector, Matrix, Vector
 
 BINS = 24  # number of bins of the position, and of velocity and sign of the acceleration
 # share of rows below which few rows determine a parameter: (sum q)^2/(n sum q^2) with the squared
-# influences q of the n rows; 0.5 for a sine
+# influences q of the n rows on the parameter; 0.5 for a sine
 FEW_ROWS = 0.2
 MOST_EFFECTS = 4  # largest number of effects that are added to the model
 FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
@@ -98,10 +98,7 @@ class EffectRegression:
 
     @property
     def tested(self) -> list[Hypothesis]:
-        """Return the hypotheses in `free` that can be tested.
-
-        If `noisy`, hypotheses that resemble the acceleration cannot be tested.
-        """
+        """Return the hypotheses in `free`; if `noisy`, only those unlike the acceleration."""
         return [one for one in self.free if not (self.noisy and one.term in LIKE_ACCELERATION)]
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
@@ -136,11 +133,10 @@ class EffectRegression:
     def _variance_by_noise(self, columns: Matrix, used: Sequence[Hypothesis]) -> Vector:
         """Return the variance (p,) of the parameters due to noise of the acceleration.
 
-        `columns` (n, p) are the regressors of a fit with the hypotheses `used`.
-        The variance is 0 unless viscous friction depends on few rows (FEW_ROWS). The noise is
-        assumed to be equal in all strokes, so that more strokes do not reduce the variance, and
-        independent between the rows of a stroke. The rms noise is at most the rms residual, since
-        the residual contains the noise.
+        `columns` (n, p) are the regressors of a fit with the hypotheses `used`. The variance is 0
+        unless viscous friction depends on few rows (FEW_ROWS). The noise is assumed to be equal in
+        all strokes, so that more strokes do not reduce the variance. The rms noise is at most the
+        rms residual.
         """
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)
@@ -227,16 +223,15 @@ class EffectRegression:
         """Return the shift of the parameters by an unknown delay between effort and position.
 
         Before the fit, the delay is known to be within +-`known` [s]. The regression `smoother`
-        uses longer smoothing windows and determines the delay too. A servo feeds noise of the
+        uses longer smoothing windows and also estimates the delay. A servo feeds noise of the
         encoder back into the effort, which looks like a delay; longer windows reduce this noise.
         The part of the difference between the two estimates that chance does not explain widens the
-        interval of the delay. The result is combined with +-`known`, weighted by inverse variances.
-        If the fitted delay is longer than `known` and differs significantly from 0, only the fitted
-        delay is used.
+        interval of the delay. The estimate is combined with +-`known`, weighted by inverse
+        variances. If the fitted delay is longer than `known` and differs significantly from 0, only
+        the fitted delay is used.
 
-        The shift of a parameter is the delay times the parameter's change per second of delay. The
-        regression gives these changes. If `slopes` contains the change of a parameter, that change
-        is used instead.
+        The shift of a parameter is the delay times the parameter's change per second of delay,
+        which is taken from `slopes` or, if `slopes` lacks the parameter, from the regression.
 
         Return None if the model includes the delay, if the rows do not determine the delay, or if
         the delay is not significant although there are at least FEWEST_STROKES strokes.

@@ -52,7 +52,6 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
 
 
 def _other_unit(ratios: Mapping[str, float], bench: Bench) -> list[str]:
-    """Return a warning about the drive's unit if `ratios` to bench values are extreme."""
     if len(ratios) < 2:
         return []
     low, high = min(ratios.values()), max(ratios.values())

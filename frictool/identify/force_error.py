@@ -196,7 +196,6 @@ def _one_way(
 def _factor(
     polynomial: Polynomial, side: float, low: float, high: float, position: Vector
 ) -> Vector:
-    """Return the factor (n,) >= 0 that multiplies friction at the positions (n,)."""
     terms = polynomial.forward if side > 0.0 else polynomial.backward or polynomial.forward
     curve = np.polynomial.polynomial.polyval(
         np.clip(position, low, high), normalised_coefficients(tuple(terms), low, high)

@@ -193,7 +193,6 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
 
 
 def _columns(rows: RegressionSamples) -> Vector:
-    """Return the regressors (n, p) of the effort; motion in one direction has no offset column."""
     constant = () if rows.one_direction else (np.ones(rows.sign.size),)
     return np.column_stack(
         (rows.acceleration, rows.velocity, rows.sign, *constant, *rows.loads.values())

@@ -240,7 +240,6 @@ def _nothing_physical(logs: AxisLogs, result: Identification) -> NothingIdentifi
 
 
 def _without_any(logs: AxisLogs, reason: str) -> NothingIdentified:
-    """Return the error for logs whose parameters are all refused for the same reason."""
     result = Identification(
         refused=dict.fromkeys(PARAMETERS, reason),
         method=logs.method,

@@ -126,5 +126,4 @@ def _tried_servo(
 
 
 def _reason(error: FrictoolError, source: str) -> str:
-    """Return the message of an error without the folder of the log."""
     return str(error).replace(source, Path(source).name)

@@ -3,18 +3,16 @@
 The target is the requested relative half width. The methods are tried in this order:
 
     differentiation   least squares, if the worst-case error (4.3) | (4.4) is within the target
-    filtered          least squares behind the slowest low-pass filter that the a-priori time
+    filtered          least squares after the slowest low-pass filter that the a-priori time
                       constant of the axis permits, if the error (4.8) | (4.9) is within the target
     otherwise         inertia: the weak form, if its standard deviation is small enough
-                      viscous, Coulomb: sines on a position loop (4.38), which need no measured
-                      velocity
+                      viscous, Coulomb: sines on a position loop (4.38), without a velocity
 
 (4.3) and (4.8) of the thesis apply to the inertia, (4.4) and (4.9) to viscous and Coulomb friction.
 
 One decision differs from the thesis. If (4.8) exceeds the target for the inertia, the thesis uses
-the a-priori value. However, (4.8) adds the errors of all counts with the worst sign, whereas these
-errors average out over a smoothing window. The weak form, which is least squares over such windows,
-is therefore judged by its error after averaging.
+the a-priori value. Here the weak form is tried first. The weak form is least squares over smoothing
+windows, in which the errors of the counts average out; (4.8) adds them with the worst sign.
 """
 
 from __future__ import annotations

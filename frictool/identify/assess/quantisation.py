@@ -43,6 +43,7 @@ def inertia_error(
 def viscous_error(step: float, period: float, speed: float, ratio: float = 1.0) -> float:
     """Return the relative error of viscous friction by thesis (4.4), or by (4.9) with a filter.
 
-    `speed` is the top speed, rad/s | m/s. `inertia_error` explains the other arguments.
+    `step` is the encoder step [rad | m], `period` the sample period [s], `speed` the top speed
+    [rad/s | m/s], and `ratio` the fraction of the noise power that passes the filter.
     """
     return math.sqrt(ratio) * step / (period * speed)

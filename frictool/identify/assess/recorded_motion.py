@@ -61,7 +61,6 @@ def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInput
 
 
 def _strokes(record: MotionRecord) -> Vector:
-    """Return duration [s] and distance [rad | m] of each stroke, (m, 2)."""
     strokes = find_strokes(record)
     moving = strokes.sign != 0.0
     number, advance = strokes.number[moving], strokes.advance[moving]

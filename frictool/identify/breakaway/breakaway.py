@@ -59,7 +59,7 @@ class BreakawayOverPosition:
     - forward, backward: mean breakaway in each direction, N m | N
     - powers: polynomial coefficients of the forward and of the backward direction, in SI units,
       constant term first
-    - coefficients: intervals of these coefficients
+    - coefficients: intervals of the polynomial coefficients
     - common: True if both directions have the same polynomial
     """
 
@@ -83,7 +83,7 @@ class Breakaway:
     - position: position of each onset, (n,), rad | m
     - direction: direction of each onset, (n,), +1 or -1
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: Stribeck curves after the onset that `interval` allows for
+    - fall: Stribeck curves after the onset for which `interval` is valid
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     """

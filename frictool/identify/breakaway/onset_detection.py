@@ -178,9 +178,9 @@ def _straight_from(record: MotionRecord, first: int, end: int) -> int | None:
     """Return the first sample of the line that the effort follows up to the sample `end`.
 
     A ramp that is set by hand may be straight near its end only. The interval [first, end) is
-    therefore halved until its later half is straight. An interval is straight if a cubic and a line
-    through the effort differ at `end` by noise only, or by at most the fraction CURVED of the
-    effort. Return None if no interval of FEWEST_SAMPLES or more samples is straight.
+    therefore halved until it is straight: a cubic and a line through the effort differ at `end` by
+    noise only, or by at most the fraction CURVED of the effort. Return None if fewer than
+    FEWEST_SAMPLES are left.
     """
     while end - first >= FEWEST_SAMPLES:
         effort = record.effort[first:end]

@@ -189,8 +189,8 @@ class OnsetData:
     ) -> float:
         """Return the mean misfit (`OnsetTable.efforts`) of the onsets for a Stribeck curve.
 
-        The onsets are evaluated in the order `order`, those with the largest expected misfit first.
-        The result is inf as soon as the sum shows that the mean exceeds `most`.
+        The result is inf if the mean exceeds `most`. The evaluation in the order `order` then ends
+        early.
         """
         squares: Vector = np.empty(order.size)
         partial_sum = 0.0

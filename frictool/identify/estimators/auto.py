@@ -257,10 +257,9 @@ def inertia_over_position(
 
 
 def joined(fit: SlidingFit, other: SlidingFit, method: str, why: str) -> SlidingFit:
-    """Return `fit` with the inertia of `other`, which is a fit by another method.
+    """Return `fit` with the inertia of `other`, which is a fit by the method `method`.
 
-    `method` is the method of `other`, and `why` the reason for using this method. The text `why` of
-    the result names both.
+    `why` is the reason for using this method.
     """
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
     parameters = {"inertia": other.parameters["inertia"], **fit.parameters}

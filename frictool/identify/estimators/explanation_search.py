@@ -299,7 +299,6 @@ class ExplanationSearch:
 
 
 def _thinned(record: MotionRecord, share: float) -> MotionRecord:
-    """Return PARTS evenly spaced parts with the fraction `share` of the record's samples."""
     if share >= 1.0:
         return record
     size = record.position.size
@@ -340,7 +339,6 @@ def _trials(
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
 ) -> list[Trial]:
-    """Return a trial of each unused hypothesis that the rows determine."""
     hidden = _hidden(search, rows, waves, used)
     free = [one for one in search.hypotheses if one not in used and one.term not in hidden]
     level = 0.5 * FALSE_ALARM / max(len(search.hypotheses), 1)

@@ -143,8 +143,8 @@ def _decimated(record: MotionRecord, pipeline: PublishedFilters) -> RegressionSa
         )
     if not 0.0 < pipeline.cutoff_hz < 0.5 * rate:
         raise UnusableLogs(
-            f"a cut-off of {pipeline.cutoff_hz:g} Hz is not below half of the sampling rate of "
-            f"{rate:g} Hz"
+            f"a cut-off of {pipeline.cutoff_hz:g} Hz is too high; allowed: below half of the "
+            f"sampling rate of {rate:g} Hz"
         )
     fewest = pipeline.skip + max(pipeline.padding, 30 * pipeline.decimate) + 4
     if record.position.size < fewest:
@@ -172,7 +172,6 @@ def _derivatives(
 
 
 def _central(values: Vector, period: float) -> Vector:
-    """Return central differences (n,) per second; the first and last repeat their neighbours."""
     out = np.empty_like(values)
     out[1:-1] = (values[2:] - values[:-2]) / (2.0 * period)
     out[0], out[-1] = out[1], out[-2]

@@ -167,7 +167,7 @@ def simulation_error(
     )
     if undetermined is not None:
         raise UnusableLogs(
-            "output-error needs logs that determine every load, and these logs do not "
+            "output-error needs logs that determine every load; a load is not determined "
             f"({undetermined}); use least-squares"
         )
     hidden = start.refused.get("inertia", "")
@@ -355,7 +355,7 @@ def output_error(
     """
     if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
         raise UnusableLogs(
-            "output-error cannot fit coulomb_by_direction; write offset in its place in load.terms"
+            "output-error cannot fit coulomb_by_direction; replace it by offset in load.terms"
         )
     effects = declared_effects(bench)
     if effects:

@@ -156,7 +156,6 @@ def _squares(means: StrokeMeans, knees: tuple[float, ...]) -> float:
 
 
 def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
-    """Return Schwarz's criterion, corrected for few strokes; smaller is better."""
     count = int(np.unique(means.cluster).size)
     parameters = means.columns.shape[1] + 1 + 2 * len(knees)
     free = max(count - parameters - 2, 1)

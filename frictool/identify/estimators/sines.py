@@ -242,13 +242,14 @@ def _check(means: StrokeMeans) -> None:
     if min(np.sum(sign > 0.0), np.sum(sign < 0.0)) < FEWEST_STROKES // 2:
         raise UnusableLogs(
             f"{np.sum(sign > 0.0)} strokes forward and {np.sum(sign < 0.0)} backward certainly "
-            f"slip; at least {FEWEST_STROKES // 2} in each direction are needed"
+            f"slip; needed: at least {FEWEST_STROKES // 2} in each direction"
         )
     speed = means.mean(means.speed)
     if speed.max() < SPREAD * speed.min():
         raise UnusableLogs(
-            f"all strokes have one speed ({speed.min():.3g} to {speed.max():.3g} rad/s or m/s), "
-            "which does not separate viscous from Coulomb friction; record sines of several speeds"
+            f"all strokes have nearly one speed ({speed.min():.3g} to {speed.max():.3g} rad/s or "
+            "m/s), so that viscous and Coulomb friction cannot be separated; record sines of "
+            "several speeds"
         )
 
 

@@ -275,7 +275,7 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
     share = _share(rows, records)
     if share < LEAST_SHARE:
         raise UnusableLogs(
-            f"runs at a constant speed are {100 * share:.2g} % of the motion (needed: "
+            f"runs at a constant speed are {100 * share:.2g} % of the motion (needed: at least "
             f"{100 * LEAST_SHARE:.2g} %); record runs at constant speeds, or use --method auto"
         )
     if table[:, 0].max() < 2.0 * table[:, 0].min():
@@ -323,10 +323,6 @@ def _whole_strokes(record: MotionRecord) -> list[RunRow]:
 
 
 def _runs(record: MotionRecord) -> list[RunRow]:
-    """Return a row for each run of a record.
-
-    Blocks of samples in a stroke are joined as long as their positions follow a line in time.
-    """
     number = find_strokes(record).number
     rows = []
     edges = [int(edge) for edge in np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)]

@@ -56,7 +56,8 @@ def choose_structure(
     """Return the dependence of friction on position and speed that the strokes support.
 
     - samples: regression rows with all position columns
-    - parts: signals of each record, from which the columns of knees are computed
+    - parts: signals of each record, from which the columns of knees (speeds at which the viscous
+      friction changes) are computed
     - overlap: number of successive rows whose errors are correlated
     """
     best = _Comparison(samples, parts, (), overlap, confidence).of_best_order()

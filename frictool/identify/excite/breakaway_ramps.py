@@ -182,7 +182,6 @@ def ramp_pause(bench: Bench, rate: float) -> float:
 
 
 def _needed_drive(bench: Bench, limits: BenchLimits) -> float:
-    """Return the drive signal for the largest breakaway, A | V."""
     most = breakaway_range(bench)[2]
     return (most + limits.offset + limits.load) / bench.actuator.constant.interval[0]
 

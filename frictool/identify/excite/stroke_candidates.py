@@ -121,9 +121,9 @@ def stroke_candidates(
     least = axis.backlash + SHORTEST_COUNTS * sensing.step
     if (1.0 - 2.0 * SPREAD) * longest < least:
         raise NoSolutionError(
-            f"travel: strokes of {(1.0 - 2.0 * SPREAD) * longest:.4g} {limits.unit} are possible; "
-            f"needed: {least:.4g} (backlash and {SHORTEST_COUNTS:g} counts); use a finer encoder "
-            "or more travel"
+            f"travel: the longest possible stroke is {(1.0 - 2.0 * SPREAD) * longest:.4g} "
+            f"{limits.unit}; needed: at least {least:.4g} (backlash and {SHORTEST_COUNTS:g} "
+            "counts); use a finer encoder or more travel"
         )
     shortest = max(SHORTEST_SHARE * longest, least / (1.0 - 2.0 * SPREAD))
     return [

@@ -166,7 +166,6 @@ def _pruned(program: StrokeProgram, times: Vector) -> Vector:
 
 
 def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
-    """Return `times` (k,) with one more stroke or, for a too large drive signal, one more pause."""
     pauses = np.flatnonzero(program.mean_square == 0.0)
     moving = np.flatnonzero((times > 0.0) & (program.mean_square > 0.0))
     short = times[moving].sum() < FEWEST_PAIRS or not pauses.size

@@ -75,7 +75,6 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
 
 
 def _current(lag: float, command: Vector, period: float) -> Vector:
-    """Return the simulated current (n,) for the command (n,), starting at the first command."""
     a = float(np.exp(-period / lag))
     return np.asarray(
         command[0] + scipy.signal.lfilter([0.0, 1.0 - a], [1.0, -a], command - command[0])

@@ -53,10 +53,10 @@ def bounded_minimum(
 
 
 def next_argument(state: list[float] | Vector, resolved: float) -> float:
-    """Return the next argument, and record the step.
+    """Return the argument at which the function is evaluated next, and record the step in `state`.
 
-    The next argument is at least `resolved` away from the best one. The result is NaN if both ends
-    of the interval are within 2 `resolved` of the best argument.
+    The next argument is at least `resolved` away from the best argument. The result is NaN if both
+    ends of the interval are within 2 `resolved` of the best argument.
     """
     low, high, best = state[LOW], state[HIGH], state[BEST]
     middle = 0.5 * (low + high)
@@ -86,7 +86,7 @@ def next_argument(state: list[float] | Vector, resolved: float) -> float:
 
 
 def update_search(state: list[float] | Vector, argument: float, value: float) -> None:
-    """Narrow the interval by the value of the function at `argument`."""
+    """Narrow the interval in `state` by the function's value at `argument`."""
     best = state[BEST]
     if value <= state[LEAST]:
         state[LOW if argument >= best else HIGH] = best

@@ -99,7 +99,7 @@ def needless(
 
     The columns are removed one at a time, beginning with the least significant column.
 
-    - plain, weighted: as in `held_out_squares`
+    - plain, weighted: triangular matrices (g, q, q) of g groups of rows, without and with weights
     - stroke: number of the stroke to which each group belongs, (g,)
     - low, high: ends of the intervals of all columns, (p,)
     """

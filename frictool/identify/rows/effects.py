@@ -182,7 +182,6 @@ def missing_temperature(record: MotionRecord) -> str:
 
 
 def _eccentricity(motion: SmoothedMotion) -> tuple[Vector, ...]:
-    """Return the second and first time derivatives of sin x and cos x at the position x."""
     x, v, a = motion.record.position, motion.velocity, motion.acceleration
     sine = np.sin(x)
     cosine = np.cos(x)
