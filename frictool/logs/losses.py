@@ -49,7 +49,7 @@ def _joined(one: DataLoss, other: DataLoss) -> DataLoss:
 
 
 def record_of(losses: list[DataLoss]) -> dict[str, str]:
-    """Return the entries of the metadata record `lost`."""
+    """Return the entries of the metadata record `lost` for these losses."""
     return {
         str(number): msgspec.json.encode(asdict(loss)).decode()
         for number, loss in enumerate(losses, start=1)

@@ -93,11 +93,11 @@ def overrun(sequence: ExcitationSequence, bench: Bench) -> float:
 
 
 def _extreme_axes(bench: Bench) -> Iterator[dict[str, float]]:
-    """Yield the parameters of the axes at the ends of inertia, Coulomb friction and offset.
+    """Yield the axes with inertia, Coulomb friction and offset at the ends of their intervals.
 
-    Viscous friction has its lower end. The drive's constant has the value of the bench. As the
-    motion depends on the ratios of the parameters to the constant, each end of a parameter is
-    divided by a relative end of the constant's interval, which widens the parameter's interval.
+    Viscous friction is at the lower end of its interval. The drive's constant has the value of the
+    bench. The motion depends on the ratios of the parameters to the constant. Each interval is
+    therefore widened by the relative range of the constant.
     """
     known, constant = bench.mechanics, bench.actuator.constant
     scales = [constant.value / end for end in constant.interval]

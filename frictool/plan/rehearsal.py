@@ -1,10 +1,10 @@
 """Rehearsals of a test: simulations of the test, whose logs `identify` evaluates.
 
-The half width that `identify` reports depends on the encoder, on the speed and on the chosen
-method. Each rehearsal draws an axis within the a-priori intervals, simulates the test with encoder
-counts, delay and noise, and records the half widths. The half width that `excite` states for a
-parameter is an upper bound from a lognormal distribution that is fitted to the half widths of the
-rehearsals.
+The half width that `identify` reports depends on the encoder, on the speed and on the method of
+identification. Each rehearsal draws an axis within the a-priori intervals, simulates the test with
+encoder counts, delay and noise, and records the half widths. The half width that `excite` states
+for a parameter is an upper bound from a lognormal distribution that is fitted to the half widths of
+the rehearsals.
 """
 
 from __future__ import annotations

@@ -144,7 +144,7 @@ def rehearsed_ramps(
 
 
 def default_test(bench: Bench, request: PrecisionRequest) -> PreciseTest:
-    """Return the default kind of test with its Cramér-Rao bounds, but without half widths.
+    """Return the default kind of test (`sines`) with Cramér-Rao bounds, but without half widths.
 
     Raises NoSolutionError if the test exceeds a limit of the bench.
     """
@@ -159,7 +159,7 @@ def default_test(bench: Bench, request: PrecisionRequest) -> PreciseTest:
 def rehearsed_default(
     bench: Bench, request: PrecisionRequest, progress: Progress = lambda step: None
 ) -> PreciseTest:
-    """Return the default kind of test with the half widths that are reached in rehearsals.
+    """Return the default kind of test (`sines`) with the half widths that its rehearsals reach.
 
     The requested precisions are not used. `rehearsed_strokes` explains the other parameters, the
     errors, and the half widths of a request with a duration.
@@ -188,8 +188,7 @@ class RehearsedTests:
         """Return the shortest of at most ROUNDS tests whose rehearsals reach the precision.
 
         `attempt` is the request of the first round. If a test misses the precision, the next test
-        is at least LONGER times as long. If a test reaches the precision, the next test is shorter.
-        The rounds end after STALLS longer tests that are not more precise.
+        is longer, else shorter. The rounds end after STALLS longer tests that are not more precise.
         """
         last: PreciseTest | None = None
         kept: PreciseTest | None = None
@@ -247,7 +246,7 @@ class RehearsedTests:
         return {name: one.upper for name, one in sample.items()}, sample
 
     def promised(self, test: PreciseTest) -> PreciseTest:
-        """Return the test with upper bounds from rehearsals as promised half widths."""
+        """Return the test with upper bounds from rehearsals as its half widths."""
         return _promising(test, self.rehearsed(test, "round 1")[0])
 
     def ratio(self, reached: Mapping[str, float]) -> float:
@@ -267,7 +266,6 @@ def _next_test(
     last: PreciseTest | None,
     shorter: bool,
 ) -> PreciseTest:
-    """Return the next test, which is shorter than `last` or at least LONGER times as long."""
     if last is None:
         return design(bench, attempt)
     duration = last.sequence.duration

@@ -2,7 +2,7 @@
 
     exact         k = K/J, s = sigma_v/J, f = F_c/J                                       (5.48)
     inertia       as exact, but 1/J is replaced by its tangent at the centre,
-                  (1 - dJ/J0)/J0; products of deviations are kept                         (5.49)
+                  (1 - dJ/J0)/J0; products of deviations from the centre are kept         (5.49)
     first_order   (p0 + dp - p0 dJ/J0)/J0 for p = K, sigma_v, F_c                         (5.50)
 
 linear_axis.py defines the rates k, s, f and the parameters K, J, sigma_v, F_c. p0 is the value at
@@ -30,8 +30,8 @@ Form = Literal["exact", "inertia", "first_order"]
 def rates_of(point: PlantPoint, centre: PlantPoint, form: Form = "exact") -> AxisRates:
     """Return the rates of the plant at `point` in a polytope around `centre`.
 
-    form: exact, inertia or first_order (module docstring). Raises NoSolutionError if the interval
-    is so wide that the linearised rates are not positive.
+    form: exact, inertia or first_order (module docstring). Raises NoSolutionError if the intervals
+    are so wide that a linearised rate is not positive.
     """
     if form == "exact":
         return point.rates

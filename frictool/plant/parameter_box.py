@@ -37,9 +37,10 @@ def moving(box: Box) -> tuple[str, ...]:
 
 
 def corners(box: Box) -> tuple[PlantPoint, ...]:
-    """Return the corners of the intervals of `moving`, each with the largest Coulomb friction.
+    """Return the corners of the box, in the order of itertools.product.
 
-    The corners are in the order of itertools.product.
+    The parameters that `moving` returns differ between corners; the Coulomb friction has the
+    largest magnitude in the box.
     """
     ends = [box[name] if name in moving(box) else box[name][:1] for name in DYNAMIC]
     return tuple(

@@ -39,7 +39,7 @@ def decimated_indices(*signals: Vector, columns: int = COLUMNS) -> NDArray[np.in
 
 
 def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -> NDArray[np.intp]:
-    """Return increasing indices of the samples to store of a curve (n,) with increasing abscissa.
+    """Return increasing indices of the stored samples of a curve (n,) with increasing abscissa.
 
     Straight lines between the stored samples differ from the curve by at most `tolerance` (cone
     intersection). Samples that are not finite, and their neighbours, are kept.
@@ -66,7 +66,7 @@ def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
 
 
 def decimated_path_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
-    """Return increasing indices of the samples to plot of a path, ordinate (n,) over abscissa (n,).
+    """Return increasing indices of the plotted samples of a path, ordinate over abscissa (n,).
 
     Each signal is divided by its range, and the path is divided into pieces of a fixed length. The
     first sample of each piece and the last sample of the path are kept.

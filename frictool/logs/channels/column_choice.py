@@ -208,11 +208,7 @@ def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
 
 
 def changes(values: Vector) -> bool:
-    """Return True if the numbers in a column (n,) are not all equal.
-
-    Cells that contain no number are ignored, so that a damaged cell does not affect the choice of
-    the joint.
-    """
+    """Return True if the finite numbers in a column (n,) are not all equal."""
     return bool(np.ptp(values[np.isfinite(values)]) > 0.0)
 
 

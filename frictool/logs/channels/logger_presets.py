@@ -57,7 +57,7 @@ class LoggerPreset(NamedTuple):
         pattern.
     columns: entries for columns with known channels. The channels of other columns are guessed from
         their names.
-    absent: patterns that match no column of these logs.
+    absent: patterns of column names; a log with a matching column is from other devices.
     """
 
     title: str

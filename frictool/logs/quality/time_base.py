@@ -61,7 +61,7 @@ def levels(position: Vector) -> int:
 
 
 def _distances(position: Vector) -> Vector:
-    """Return the differences between neighbouring distinct values, sorted by value.
+    """Sort the distinct values; return the differences of successive ones.
 
     Values that differ only by rounding count as one value.
     """

@@ -169,7 +169,7 @@ def _header(
 ) -> DeclaredHeader:
     """Return the header that the instrument declares; if there is none, the detected header.
 
-    If bench.yaml gives the line of the header, this line is used instead of both.
+    If bench.yaml gives the line of the header, this line is used instead.
     """
     after = max(layout.header_line or 0, layout.unit_line or 0)
     if layout.header_line is None and layout.unit_line is None and layout.first_line is None:

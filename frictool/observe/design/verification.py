@@ -189,7 +189,7 @@ def _norm(signal: Matrix) -> Matrix:
 def _forward(
     a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], delta: Matrix
 ) -> Matrix:
-    """Return the weighted errors z (samples, k, p) of k sequences of modes, from zero error.
+    """Return the weighted errors z (samples, k, p) of k sequences of modes, with e(0) = 0.
 
     - delta: model errors (samples, k, w)
     - a, q, weight: A - L C, Q and C-bar of each mode

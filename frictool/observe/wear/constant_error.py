@@ -3,11 +3,11 @@
 The logged effort is the constant times the drive signal. An error of the constant therefore scales
 all estimates by the same factor:
 
-    estimate = (true value) (constant of the bench)/(constant of the unit)
+    estimate = (true value) (constant of the bench)/(constant of the actuator)
 
 The formula applies to wear, inertia, viscous friction and added friction. The error is not visible
 in a log; the range of the constant in bench.yaml limits it. The error cancels in a ratio to the
-wear of the same unit at commissioning.
+wear of the same actuator at commissioning.
 """
 
 from __future__ import annotations

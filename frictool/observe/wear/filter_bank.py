@@ -10,8 +10,8 @@ errors are correlated. r is the variance of a row's residual, estimated from the
 `inflation`, the number of overlapping rows that are as precise as one independent row.
 
 If all moves are alike, a slope of friction over speed that the model does not include looks like
-wear. If the friction of the axis has such a slope, a filter that does not allow for it is biased; a
-filter that allows for it is less precise. The evidence of the moves decides between the filters
+wear. If the friction of the axis has such a slope, a filter without this slope is biased; a filter
+with this slope is less precise. The evidence of the moves decides between the filters
 (docs/theory/wear.md). Similar moves repeat the rounding errors of the encoder; the evidence of a
 move is therefore multiplied by EVIDENCE and decays within MEMORY moves.
 """
@@ -144,7 +144,7 @@ class FilterBank:
         return mean, math.sqrt(float(weights @ (variances + (values - mean) ** 2)))
 
     def _loosen(self, walked: Vector) -> None:
-        """Add random steps of the parameters with the standard deviations `walked` (k, n)."""
+        """Increase the covariances by random steps with the standard deviations `walked` (k, n)."""
         self.spreads += walked[:, :, None] ** 2 * np.eye(walked.shape[1])
 
     def _information(self, move: Move) -> tuple[Vector, Vector, Vector]:

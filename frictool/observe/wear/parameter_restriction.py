@@ -12,7 +12,7 @@ the zone z; wear, wear_d, wear_z and added are parameters. Every kind also has t
 inertia, the viscous friction with its bends (changes of the slope over speed), and an offset of the
 effort, for example of a current sensor, with level_d = d offset.
 
-The prior is wide for parameters that differ between units or change with age: inertia, wear and
+The prior is wide for parameters that differ between actuators or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds friction that depends on speed and is not in the
 model: a slope below the model's first bend, or an additional bend.
 """
