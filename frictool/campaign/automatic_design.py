@@ -67,7 +67,7 @@ EXTREMES: tuple[PlantValues, ...] = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AutomaticDesign(ResultView):
-    """Outcome of each searched family of controllers, in the order of the search.
+    """Outcomes of the searched families (controllers of one structure), in the order of the search.
 
     Only the last outcome may contain a design that meets the specification.
     """

@@ -46,8 +46,8 @@ def from_model(model: Model) -> ComparisonSetting:
     mass, coulomb = parameters.inertia.value, parameters.coulomb.value
     if coulomb <= 0.0:
         raise ValueError(
-            "parameters.coulomb: found 0; friction laws are compared on an actuator "
-            "with dry friction"
+            "parameters.coulomb: found 0; allowed: above 0, because the compared laws need dry "
+            "friction"
         )
     breakaway = max(parameters.breakaway.value, coulomb)
     limit = bench.actuator.constant.value * bench.actuator.limit.value

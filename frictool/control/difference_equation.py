@@ -100,7 +100,7 @@ def output(
 
     - k: coefficients
     - entering: input e
-    - bounds (n,): bounds of the states |x|, which are added to the program here
+    - bounds (n,): bounds of |x|; the states x are added to the program with these bounds
     """
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]

@@ -19,7 +19,7 @@ from frictool.control.program import Program, ProgramNode
 def corner_weights(
     program: Program, names: Sequence[str], corners: Sequence[Mapping[str, float]]
 ) -> list[ProgramNode]:
-    """Return the weight alpha_i of each corner of the parameter box.
+    """Return the weight alpha_i of each corner, a combination of ends of the parameter intervals.
 
     names: scheduled parameters. corners: values of the parameters at each corner. Each parameter
     becomes a state of the program, which starts in the middle of the parameter's interval.

@@ -20,7 +20,7 @@ Chain = tuple[tuple[float, ...], ...]
 
 
 def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
-    """Return (a, b, c, d) of the chain of sections.
+    """Return (a, b, c, d) of the chain of second-order sections.
 
     The states are s1 and s2 of the first section, then of the next.
     """
@@ -46,7 +46,7 @@ def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
 def output(
     program: Program, sections: Chain, entering: ProgramNode, bounds: Matrix
 ) -> tuple[ProgramNode, list[tuple[ProgramNode, ProgramNode]]]:
-    """Write the m sections; return the unlimited drive, and the input and output of each section.
+    """Write m second-order sections; return the unlimited drive, and input and output of each.
 
     entering: input e of the first section. `bounds` (2 m,): bounds of the states s1, s2.
     """

@@ -55,15 +55,15 @@ class SwitchedParameters:
     - switch_speed: speed Sigma [rad/s | m/s] below which the axis counts as stuck
     - forward, backward: cells in order of position; the first and the last also apply beyond the
       travel
-    - stuck: gains (L1, L2) of mode 0
-    - kept: factor a of the estimated speed in mode 0
+    - stuck: gains (L1, L2) of mode 0 (stuck)
+    - kept: factor a of the estimated speed in mode 0 (stuck)
     - additive: True if wear is an increase of friction, False if it is a factor
     - curves (forward, backward): friction f as polynomials of the position, coefficients in rising
       powers; if `additive`, they replace the cells' friction
     - travel: (low, high) position, beyond which the polynomials keep their values
     - viscous: viscous friction [N m s/rad | N s/m], 0 in the thesis
     - offset: constant effort against a positive drive [N m | N], 0 in the thesis
-    - top_speed: bound of the estimated speed
+    - top_speed: bound of the estimated speed [rad/s | m/s]
     - wear: bounds (alpha_min, alpha_max) of the estimated wear
     """
 

@@ -77,8 +77,8 @@ class TrackingNodes:
     """Nodes of the corrected estimates at a sample.
 
     - position: estimated position in encoder readings [rad | m]
-    - gap: position of the motor in the backlash; None if the model has no backlash
-    - friction: dry friction (forward, backward)
+    - gap: position of the motor in the backlash [rad | m]; None if the model has no backlash
+    - friction: dry friction (forward, backward) [N m | N]
     - still: node that is true while the axis is estimated to be at rest
     """
 

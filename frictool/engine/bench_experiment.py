@@ -54,8 +54,8 @@ def servo_effort(
 class RampProgress(NamedTuple):
     """Progress of a ramp test.
 
-    row: index of the next drive value. segment: number of the segment, whose sign is the direction.
-    start: encoder reading [rad | m] at the start of the segment.
+    row: index of the next drive value. segment: number of the present segment (ramp), with the sign
+    of its direction. start: encoder reading [rad | m] at the start of the segment.
     """
 
     row: int

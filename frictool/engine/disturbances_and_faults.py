@@ -114,7 +114,7 @@ def with_friction(axis: Vector, viscous: float, dry: float) -> Vector:
 
 @kernel
 def changes_parameters(before: Vector, row: Vector) -> bool:
-    """Return True if `before` and `row` (8,) give the axis different parameters (`impose`)."""
+    """Return True if the conditions `before` and `row` (8,) lead to different axis parameters."""
     return bool(
         row[DISTURBANCE] != before[DISTURBANCE]
         or row[FRICTION] != before[FRICTION]

@@ -64,10 +64,10 @@ def outgrowing_time(
     breakaway(t) = full dwell_factor(rested + t, fresh, rise)
                  = full - lost/(age + t)     age = rise + rested, lost = (1 - fresh) full rise
 
-    `full` is the breakaway after a long rest, and `rested` [s] the time at rest before t = 0. At
-    t = 0 the effort must be below the breakaway. The difference breakaway - effort falls while
-    (age + t)^2 e^{-t/lag} > lost lag/losing. This condition holds on at most one interval, which
-    contains the first zero of the difference.
+    `settled` is the final effort, `lag` [s] the time constant of the drive, `full` the breakaway
+    after a long rest, fresh * full the breakaway just after a stop, `rise` [s] the time at rest
+    after which half of the growth is reached, and `rested` [s] the time at rest before t = 0. At t
+    = 0 the effort must be below the breakaway.
     """
     lost = (1.0 - fresh) * full * rise
     age = rise + rested

@@ -95,7 +95,7 @@ def with_dynamic_law(axis: Vector, dynamic: AxisDynamicLaw) -> Vector:
 
 
 def with_contact(state: Vector, dynamic: AxisDynamicLaw) -> Vector:
-    """Return the state (7,) of an axis, followed by a step length of 0 s and an undeflected z."""
+    """Return the state (7,) of an axis, a step length of 0 s, and z of an undeflected contact."""
     kernels = dynamic.law.kernels
     assert isinstance(kernels, DynamicKernels)
     return np.concatenate([state, [0.0], kernels.reset(dynamic.p)])

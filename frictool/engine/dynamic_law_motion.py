@@ -106,7 +106,7 @@ def virgin_contact(
 def hold_levels(laws: Laws, y: Vector) -> float:
     """Write the law's parameters that are valid at the state y to the last array of `laws`.
 
-    Returns the viscous friction [N | N m] that the extension adds at the speed in y.
+    Returns the additional viscous friction [N | N m] of the friction extension at the speed in y.
     """
     forward, backward, table, p = laws
     if table.shape[0] == 0:

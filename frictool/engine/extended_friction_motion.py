@@ -59,9 +59,10 @@ DENSE_TERMS = 5  # terms of the polynomials of an integrated piece
 def slip_friction(
     force: Force, laws: ExtendedLaws, state: Vector, x: float, v: float, w: float
 ) -> float:
-    """Return the friction of a slip at position x, velocity v and lagged velocity w of the film.
+    """Return the friction in slip at position x, velocity v and lagged film velocity w.
 
-    `state` contains the direction, the speed range, the region and the time at rest.
+    w determines the Stribeck effect (lubricant film). `state` contains the direction, the speed
+    range, the region and the time at rest.
     """
     forward, backward, table, p = laws
     direction = state[fb.DIRECTION]
@@ -82,8 +83,8 @@ def threshold(
 ) -> float:
     """Return the largest effort in `direction` under which the body stays at rest.
 
-    Without a film, this effort is the breakaway. A film with the lagged velocity w lowers the
-    friction at the start of a slip, and lowers this effort by the same amount.
+    Without a lubricant film, this effort is the breakaway. A film with the lagged velocity w lowers
+    the friction at the start of a slip, and lowers this effort by the same amount.
     """
     force, body = driven.force, driven.body
     forward, backward, table, p = laws
@@ -101,7 +102,7 @@ def threshold(
 
 @kernel
 def film_at_rest(w: float, lag: float, spent: float) -> float:
-    """Return the lagged velocity of the film after `spent` [s] at rest; w: its initial value."""
+    """Return the lubricant film's lagged velocity after `spent` [s] at rest; w: initial value."""
     return w * math.exp(-spent / lag) if lag > 0.0 else 0.0
 
 
@@ -114,10 +115,10 @@ def sampled_friction(
     y: tuple[float, float, float],
     u: float,
 ) -> float:
-    """Return the friction `ahead` [s] after the start of a piece of motion.
+    """Return the friction `ahead` [s] after the start of an interval of motion.
 
-    At rest the result is the effort u, limited by the thresholds of both directions. y: position,
-    velocity and lagged velocity at that time.
+    At rest the result is the effort u, limited by the breakaway thresholds of both directions. y:
+    position, velocity and lagged film velocity at that time.
     """
     force = driven.force
     x, v, w = y
@@ -301,7 +302,7 @@ def slip_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """Take one accepted step of a slip with a film; return the step's length [s] and a status.
+    """Take one accepted step of a slip with a lubricant film; return step length [s] and status.
 
     pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4): derivatives at the step's stages.
     """

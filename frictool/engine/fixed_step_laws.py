@@ -120,9 +120,9 @@ def _hold_breakaway(force: Valued, u: float, z: Vector, laws: Laws, w: float) ->
 
 @kernel
 def _film_after(laws: Laws, w: float, v: float, after: float, span: float) -> float:
-    """Return the film's lagged velocity after `span` [s], in which v changes linearly to `after`.
+    """Return the lubricant film's lagged velocity after `span` [s].
 
-    The velocity of a film with a pure delay is updated between steps only.
+    v changes linearly to `after` in this time. A pure delay is handled between steps only.
     """
     table = laws[2]
     if table.shape[0] == 0:

@@ -81,7 +81,7 @@ def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
 
 @kernel
 def gross(state: Vector, t: float, drive: Vector) -> float:
-    """Return the sum of the magnitudes of all terms of the effort, the scale of rounding errors.
+    """Return the sum of the magnitudes of the effort's terms, the scale of its rounding errors.
 
     The sum includes the effect of the rounding of t.
     """

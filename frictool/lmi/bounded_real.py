@@ -45,9 +45,8 @@ class ProjectedInequality:
     """Projected bounded-real inequality of one plant in the Lyapunov block v = R or S.
 
     The inequality is fixed + gamma level - p v e' - e v p' > 0 in continuous time, and fixed +
-    gamma level - p v p' + e v e' > 0 in discrete time. p and e are the projected matrices P and E
-    of the module docstring. `fixed` and `level` are constant matrices. `disc` is True in discrete
-    time.
+    gamma level - p v p' + e v e' > 0 in discrete time. p and e are the projected matrices [A; C1]
+    and [I; 0]. `fixed` and `level` are constant matrices. `disc` is True in discrete time.
     """
 
     p: Matrix
@@ -62,7 +61,8 @@ class ProjectedInequality:
     ) -> ProjectedInequality:
         """Return the projected inequality of the system x' = a x + b w, z = c x + d w.
 
-        The columns of `null` are a basis of the null space N_R or N_S (module docstring).
+        The columns of `null` are a basis of the null space of [B2' D12'] (for R) or [C2 D21] (for
+        S).
         """
         n = len(a)
         n_z = len(c)

@@ -82,7 +82,7 @@ def quiet_gains(
     - switches: allowed switches (i, j)
     - noise: amplitude n_i (m,) of the measurement noise in each mode
     - decay: largest factor on the error per sample
-    - factor: allowed gamma, divided by the smallest gamma
+    - factor: allowed bound gamma of |weighted error|/|model error|, divided by the smallest gamma
     - apart: for each mode, mask (n, m) of the gains that may differ from 0; states with equal rows
       of the mask must be consecutive
 

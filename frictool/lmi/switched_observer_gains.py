@@ -96,13 +96,13 @@ class SwitchedGains:
 def switched_gains(
     modes: Mapping[int, ObserverMode], switches: Switches, decay: float = 1.0
 ) -> SwitchedGains:
-    """Return gains for `modes` and the allowed `switches` (i, j).
+    """Return the observer gains for `modes` and the allowed `switches` (i, j).
 
-    The bound gamma is at most MOST_ROOM times the smallest gamma that was found. Mode i may last
-    for several samples if the switch (i, i) is allowed. decay: largest factor lambda on the error
-    per sample. Raises NoSolutionError if (A_i, C_i) of a mode is not detectable, or if the
-    inequalities have no solution that passes the check. Raises ValueError for a decay outside (0,
-    1].
+    The bound gamma of |weighted error|/|model error| is at most MOST_ROOM times the smallest gamma
+    that was found. Mode i may last for several samples if the switch (i, i) is allowed. decay:
+    largest factor lambda on the error per sample. Raises NoSolutionError if (A_i, C_i) of a mode is
+    not detectable, or if the inequalities have no solution that passes the check. Raises ValueError
+    for a decay outside (0, 1].
     """
     if not 0.0 < decay <= 1.0:
         raise ValueError(f"decay is {decay:g} per sample; allowed: above 0 and at most 1")

@@ -41,8 +41,8 @@ class SpeedDependentFriction:
 class BlockResistance:
     """Resistance of a block at n positions; all vectors are (n,) [N m | N].
 
-    load: effort of springs, cams and constant efforts (S).
-    friction: Coulomb friction (F in slip).
+    load: effort of springs, cams and constant efforts.
+    friction: Coulomb friction.
     pressed_breakaway: breakaway, without the speed-dependent friction in `falling`.
     falling: speed-dependent parts of the friction, which do not depend on the position.
     damping: sum of the damping of the springs between block and frame.

@@ -30,7 +30,8 @@ class LinkResonance:
     """Compliant link with its slowest resonance.
 
     frequency: resonance frequency [rad/s]. If the link takes part in no oscillation, the frequency
-        is w_r of the module docstring, with the inertias on the two sides of the link.
+        is sqrt(k (1/J_a + 1/J_b)), with the stiffness k and the inertias on the two sides of the
+        link.
     damping: damping ratio of the resonance.
     compliance: 1/stiffness [rad/(N m) | m/N].
     twist: deformation of the link under the source's largest effort [rad | m].

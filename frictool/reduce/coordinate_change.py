@@ -167,7 +167,7 @@ def sensor_frame(whole: Mechanism, source: str, sensor: str) -> CoordinateFrame:
 
 
 def from_reference(whole: Mechanism, source: str) -> MechanismView:
-    """Return the mechanism with motions relative to the reference block (module docstring)."""
+    """Return the mechanism with motions relative to the reference block of `source`."""
     return view(whole, _reference(whole, whole.sources[source].on))
 
 

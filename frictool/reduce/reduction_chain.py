@@ -119,8 +119,8 @@ def _chain(
         progress("compliance")
         if bandwidth is None:
             raise NoSolutionError(
-                f"{whole.name}: {', '.join(one.name for one in compliant_links(now))} "
-                "is compliant; give a bandwidth, which determines the resonances to keep"
+                f"{whole.name}: compliant: {', '.join(one.name for one in compliant_links(now))}; "
+                "give a bandwidth, which determines the resonances to keep"
             )
         now = take(stiffen_above(now, root, bandwidth))
     progress("losses")

@@ -78,10 +78,10 @@ def fit_residual_load(
 
     x: positions (n,).
     resistance: resistance at x in the two directions.
-    turns: likely values of `number`.
+    turns: likely angular wave numbers of the harmonic.
     misses: function that returns the error of the friction's polynomials for a law.
-    known: `number` in the law of the same mechanism with other parameter values; 0 if that law has
-        no harmonic, None if `number` is unknown.
+    known: angular wave number in the law of the same mechanism with other parameter values; 0 if
+        that law has no harmonic, None if the wave number is unknown.
 
     Raises NoSolutionError if no law is acceptable. The message names ranges of the travel for which
     a constant or a spring suffices.

@@ -33,7 +33,7 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class IrreversibilityMargin:
-    """Smallest value of friction minus load [N m | N]; negative if the load moves the axis.
+    """Smallest value of friction - |load| [N m | N]; negative if the load moves the axis.
 
     position: position at which this value occurs [rad | m].
     share: fraction of the positions at which friction holds the load.
@@ -45,9 +45,9 @@ class IrreversibilityMargin:
 
 
 def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
-    """Return the smallest effort that moves the block, over all positions x (n,), and its position.
+    """Return the smallest value of friction - |load| over the positions x (n,), and its position.
 
-    The effort is negative if the load moves the block.
+    The value is the smallest effort that moves the block, negative if the load moves the block.
     """
     margin = np.minimum(directed.forward, -directed.backward)
     worst = int(np.argmin(margin))

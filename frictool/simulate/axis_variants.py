@@ -83,9 +83,10 @@ def count(model: Model, scenario: Scenario) -> int:
 
 
 def vertices(model: Model) -> tuple[PlantPoint, ...]:
-    """Return a plant for each combination of range ends of the four parameters, named v01 to v16.
+    """Return a plant for each combination of range ends, named v01 to v16.
 
-    If a parameter has no range, only one of the equal combinations is returned.
+    The ranges are those of inertia, viscous friction, Coulomb friction and drive constant. If a
+    parameter has no range, only one of the equal combinations is returned.
     """
     return corner_points(ranges(model))
 

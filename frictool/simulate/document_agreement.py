@@ -63,7 +63,7 @@ def check_agreement(
 
 
 def check_drive(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
-    """Raise DocumentError if the scenario is for another kind of drive than the rig.
+    """Raise DocumentError if the scenario's kind of drive (current, voltage) is not the rig's.
 
     The default kind `current` is allowed for any rig, unless the scenario has an offset of the
     drive's sensor.

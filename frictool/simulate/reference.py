@@ -26,7 +26,7 @@ def samples_of(seconds: float, period: float) -> int:
 
 
 def parts_of(scenario: Scenario, period: float) -> list[Vector]:
-    """Return the reference [rad | m] as one array of samples for each step of the scenario."""
+    """Return the reference [rad | m], one array of samples for each step of the scenario."""
     assert scenario.start is not None
     last = scenario.start.value
     parts = []

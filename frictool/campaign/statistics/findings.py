@@ -39,7 +39,7 @@ class Findings:
 
     @property
     def reached(self) -> bool:
-        """Return True if all trials pass, or if the trials show the required pass rate."""
+        """Return True if all trials pass, or if they show the pass rate `required` (if given)."""
         if self.required is None:
             return 0 < self.rate.count == self.rate.passed
         return self.rate.count > 0 and self.rate.reaches(self.required)
@@ -71,8 +71,7 @@ class Findings:
     def passed(self) -> bool:
         """Return True if the campaign passes.
 
-        A campaign passes if every requirement is decided, and either all trials pass or the trials
-        show the required pass rate.
+        A campaign passes if every requirement is decided and `reached` is True.
         """
         return self.outcome == "PASS"
 

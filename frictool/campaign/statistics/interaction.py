@@ -24,7 +24,7 @@ class JointShare(NamedTuple):
     """Shares of the variance that two factors explain.
 
     `joint`: share that the two factors explain, alone or together.
-    `beyond`: share that they explain only together, the index S_ij.
+    `beyond`: share that they explain only together, the second-order Sobol index.
     `error`: standard deviation of `beyond` for factors without an interaction.
     """
 

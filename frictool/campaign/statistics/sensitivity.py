@@ -102,7 +102,7 @@ class MetricInfluence:
 
     @property
     def rest_of_ranks(self) -> float | None:
-        """Return the share of the ranks' variance that no factor in `named` explains alone."""
+        """Return the share of the variance of the ranks that no factor in `named` explains."""
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].of_ranks) for i in self.named))
             if self.shares
@@ -111,9 +111,9 @@ class MetricInfluence:
 
     @property
     def by_rank(self) -> bool:
-        """Return True if the ranks show an influence that `shares` do not show.
+        """Return True if a factor explains clearly more of the ranks' variance than of the metric.
 
-        A few very large values of the metric can dominate `shares`.
+        A few very large values of the metric can dominate the metric's variance.
         """
         return any(self.shares[i].of_ranks - self.shares[i].share > HIDDEN for i in self.named)
 

@@ -17,11 +17,9 @@ from frictool.typing import Vector
 
 
 def within_whole(shares: Vector, errors: Vector) -> Vector:
-    """Return the shares (k,), projected if the positive shares add up to more than 1.
+    """Return the shares (k,), projected to a sum of 1 if the positive shares add up to more.
 
-    Negative shares are unchanged.
-
-    `errors` (k,): standard deviations of the shares.
+    Negative shares are unchanged. `errors` (k,): standard deviations of the shares.
     """
     projected = np.array(shares, dtype=float)
     left = projected > 0.0

@@ -29,7 +29,7 @@ SearchKey = tuple[str, int, int]
 
 
 class TrialStore:
-    """Stored trials and searches of one campaign.
+    """Stored trials and worst-case searches of one campaign.
 
     `path`: file of the trials; None to keep them in memory only.
     `header`: JSON values that identify the campaign.

@@ -53,7 +53,7 @@ def file_name(metric: MetricLimit) -> str:
 
 
 def commands_of(number: ProgramNumber) -> Commands:
-    """Return a function: name of a scenario file -> `command` and `typed` of a WorstCase."""
+    """Return a function: scenario file name -> (`command`, `typed`) of a WorstCase."""
 
     def of(scenario: str) -> tuple[str, str]:
         words = replay_command(

@@ -46,9 +46,9 @@ class JointTree(NamedTuple):
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
     """Fill the rows VALUE and SLOPE of a tree's blocks for the acceleration x of the root.
 
-    VALUE of a block is the force Lambda of the block's subtree, and SLOPE is the derivative of
-    VALUE (workspace_rows.py). towards: direction of the root's motion if the root starts from rest,
-    0 if the root moves already.
+    VALUE of a block is the force that the block's subtree needs for x; SLOPE is its derivative by
+    x. towards: direction of the root's motion if the root starts from rest, 0 if the root moves
+    already.
     """
     k, p, modes, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -106,8 +106,9 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at this zero.
 
-    towards: direction in which a root at rest starts, so that x * towards >= 0; 0 for a moving
-    root. gross: sum of the magnitudes of the efforts.
+    Lambda(x) is the force that the tree needs for the acceleration x of its root. towards:
+    direction in which a root at rest starts, so that x * towards >= 0; 0 for a moving root. gross:
+    sum of the magnitudes of the efforts.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])
@@ -190,8 +191,9 @@ def total_inertia(tree: JointTree) -> float:
 def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, zero of Lambda that x reaches from `start`), or (False, x) if x diverges.
 
-    x moves in the direction of -Lambda(x), as it would with slightly compliant, damped links. It
-    reaches a zero at which Lambda rises (a stable zero).
+    Lambda(x) is the force that the tree needs for the root's acceleration x. x moves in the
+    direction of -Lambda(x), as with slightly compliant, damped links, to a zero at which Lambda
+    rises.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

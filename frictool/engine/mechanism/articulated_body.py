@@ -299,7 +299,8 @@ def field(
 ) -> int:
     """Fill the rates y' of the state, the modes' guards and the elements' powers; return a status.
 
-    t [s]: time since the command. The accelerations are NaN if a tree's effective inertia is <= 0.
+    A guard measures how far a mode is from its end. t [s]: time since the command. The
+    accelerations are NaN if a tree's effective inertia is <= 0.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.FIELD]
     status: int = _rates_of_state(address, machine, t, y, modes, inputs, out)

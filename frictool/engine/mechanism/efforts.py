@@ -262,5 +262,5 @@ def all_efforts(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Fill all results of `efforts`, as a separately compiled kernel."""
+    """Fill all results of `efforts`."""
     return efforts(machine, t, y, modes, inputs, out, True)

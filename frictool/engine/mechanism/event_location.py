@@ -210,7 +210,7 @@ def _first(
 def locate(
     machine: CompiledMechanism, state: MechanismState, t: float, h: float
 ) -> tuple[float, bool]:
-    """Shorten a step of length h to the first instant at which a guard is passed.
+    """Shorten a step of length h to the first instant at which a guard is passed (a mode ends).
 
     Returns the new length, and True if the rates could not be evaluated. The row GUARD contains the
     guards at the beginning of the step, the row TRIAL the guards at the end; at least one guard

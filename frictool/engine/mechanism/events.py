@@ -85,7 +85,7 @@ def write_changes(
     modes: IntVector,
     events: EventRows,
 ) -> None:
-    """Write an event for each changed mode; of a rigid group, only the event of its first block.
+    """Write an event for each changed mode; a rigid group of blocks has one event.
 
     before: modes before the event. speeds (n,): speeds before the event. A change of a joint's
     branch is written only if the joint has losses.

@@ -55,7 +55,7 @@ def stop_slack(p: Vector, row: int) -> float:
 
 @bare_kernel
 def place_guards(k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector) -> None:
-    """Set the guards of open flanks and stops: distance to contact divided by its tolerance."""
+    """Set the guards of open flanks and stops: (distance to contact)/(its tolerance)."""
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     for joint in range(j):
         if modes[n + joint] == OPEN:

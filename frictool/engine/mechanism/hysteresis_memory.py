@@ -29,7 +29,7 @@ def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) ->
 
 @part_kernel
 def remember(machine: CompiledMechanism, y: Vector, before: Vector) -> tuple[int, bool]:
-    """Update the laws' memories after the step to y.
+    """Update the memories of the dynamic laws after a step that ends at the state y.
 
     Returns a status of friction/status_codes.py, and True if an internal state has changed from
     `before`.

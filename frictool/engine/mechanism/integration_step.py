@@ -74,7 +74,7 @@ def stages_of_step(
     end: int,
     watching: int,
 ) -> float:
-    """Compute slopes and powers as `stages` does, from the arrays of the state."""
+    """Compute derivatives and powers as `stages` does, from the arrays of the state."""
     return _stages(machine, y, modes, workspace, t, h, first, end, watching)
 
 
@@ -94,7 +94,7 @@ def stages(
     end: int,
     watching: int,
 ) -> float:
-    """Compute slopes and powers of the stages first .. end - 1 of a step of length h.
+    """Compute derivatives and powers at the stages first .. end - 1 of a step of length h.
 
     t [s]: time since the command. Only the first `watching` guards of the row WATCHED are checked.
     Returns the fraction of the step at which the first guard is passed, 1 if none is passed,

@@ -19,7 +19,7 @@ BROKEN = -1.0  # value of a guard below which it has been passed
 
 @bare_kernel
 def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
-    """Return True if no guard of a force is passed.
+    """Return True if no force has passed the value at which a mode ends.
 
     Sticking blocks, closed contacts, lossy joints and compliant flanks have guards of forces.
     """
@@ -111,7 +111,7 @@ def distance_to_guard(
 def is_broken(
     k: IntVector, p: Vector, index: int, y: Vector, modes: IntVector, guard: Vector, begin: Vector
 ) -> bool:
-    """Return True if the guard at `index` is passed.
+    """Return True if the guard at `index` is passed, so that its mode ends.
 
     begin: guards at the beginning of the step. If the guard of an open flank or stop was below 0 at
     the beginning, the contact has just opened; the guard is then passed only if the gap is closing.
@@ -178,9 +178,9 @@ def first_dip(
     modes: IntVector,
     guard: Vector,
 ) -> float:
-    """Return the first time in a step of length h at which a guard may be passed briefly; else h.
+    """Return the first time within a step at which a guard may briefly be passed; h if none is.
 
-    The search covers the guards of speeds, open flanks and stops.
+    h: length of the step. The search covers the guards of speeds, open flanks and stops.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     shortest = h

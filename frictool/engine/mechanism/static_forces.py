@@ -25,10 +25,11 @@ from frictool.typing import IntVector, Vector
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     """Fill NEED and NEED_HIGH with each block's force range; return False if a range is empty.
 
-    sided: True to restrict the load of each self-locking joint to one side of the kink. The branch
-    of the joint (state.py) selects the side. If the branch is 0 and `towards` is 0, the load must
-    be at the kink. If the branch is 0 and `towards` is 1 or -1, the load must be on the side on
-    which the joint drives while the root moves in the direction `towards`.
+    sided: True to restrict the load of each self-locking joint to one side of the kink, the force
+    at which the slope of the loss changes. The branch of the joint (state.py) selects the side. If
+    the branch is 0 and `towards` is 0, the load must be at the kink. If the branch is 0 and
+    `towards` is 1 or -1, the load must be on the side on which the joint drives while the root
+    moves in the direction `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]
@@ -97,10 +98,10 @@ def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, fl
 
 @bare_kernel
 def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
-    """Return the side of the kink, +1 or -1, on which the joint of a block at rest is loaded.
+    """Return the side on which the joint of a block at rest is loaded.
 
-    The result is 0 if friction beyond the joint can carry the load, so that both sides are
-    possible.
+    The result is 1 for forces above the kink of the joint's loss, -1 below, and 0 if friction
+    beyond the joint can carry the load, so that both sides are possible.
     """
     low, high, slack = force_at_rest(k, p, i, w)
     row = ly.joint_row(k, ly.joint_of(k, i))
@@ -122,7 +123,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @bare_kernel
 def unload(tree: JointTree) -> bool:
-    """Set the branch of each self-locking joint to 0 if its load is not on the side of the branch.
+    """Clear the stored load side (branch) of each self-locking joint whose load has left this side.
 
     The tree must be at rest. Returns True if the tree has self-locking joints.
     """

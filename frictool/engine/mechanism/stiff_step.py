@@ -426,7 +426,7 @@ def stiff_step(
     tolerance: float,
     watching: int,
 ) -> tuple[float, float]:
-    """Try an implicit step; return (error/tolerance, THIRD[0] of `rosenbrock_step`)."""
+    """Try an implicit step; return error/tolerance and the fraction at which a guard is passed."""
     address = machine.laws[machine.laws.shape[0] - 1, ly.STIFF_STEP]
     error: float = _rosenbrock_step(address, machine, state, t, h, tolerance, watching)
     return error, state.workspace.lines[st.THIRD][0]
