@@ -32,7 +32,7 @@ class ParameterIntervals:
 
     @property
     def from_logs(self) -> bool:
-        """Return True if the logs determine the parameter or narrow its range in bench.yaml."""
+        """Return True if the logs determine the parameter or narrow the range in bench.yaml."""
         return self.estimate.source in FROM_LOGS
 
     @property

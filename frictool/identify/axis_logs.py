@@ -110,7 +110,7 @@ def sort_logs(
 
 
 def without_load(record: MotionRecord, laws: Laws) -> MotionRecord:
-    """Return the record with the effort of the load `laws` subtracted from its effort."""
+    """Return the record with the effort of the load `laws` subtracted."""
     if laws.load is None or record.velocity is not None:
         return record
     return replace(record, effort=record.effort - load_law(laws.load).at(record.position))

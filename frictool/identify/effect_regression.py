@@ -328,10 +328,7 @@ class EffectRegression:
     def _shifted(
         self, hypotheses: Sequence[Hypothesis], significance: float
     ) -> list[AcceptedEffects]:
-        """Return the shift of the parameters if those `hypotheses` that the model lacks are added.
-
-        The list is empty if the rows do not determine the shift.
-        """
+        """Return the shift of the parameters by those `hypotheses` that the model lacks, or []."""
         alone = self._values(self.used)
         values = self._values(hypotheses)
         if alone is None or values is None:

@@ -31,8 +31,8 @@ LASTING = 2  # distance of the compared residuals, in smoothing windows
 def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
     """Return the shifts of the parameters by a spring, and by viscous friction by direction.
 
-    The result lacks effects that the model includes or that the rows do not determine. It is empty
-    if no part of the residual lasts.
+    Effects that the model includes or that the rows do not determine are left out. The result is
+    empty if no part of the residual lasts longer than LASTING windows.
     """
     rows = regression.rows
     residual = rows.residual(regression.used)

@@ -46,7 +46,7 @@ from frictool.identify.sliding_parameters import (
 )
 from frictool.identify.unmodelled_effects import WidenedFit
 
-# `identify_records` raises NothingIdentified unless at least one of these is identified
+# `identify_records` raises NothingIdentified if none of these parameters is identified
 PHYSICAL = frozenset(NEVER_NEGATIVE)
 ORDER = (*PARAMETERS, *CURVE)  # order of parameters in a model and its views
 
@@ -90,8 +90,8 @@ class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
     The message states the most frequent reason, and which parameters and how many others are
-    affected. `exit_code` is 1 if no fit was possible. It is 4 if a fit gave neither inertia nor
-    friction, or if position and drive have opposite signs.
+    affected. `exit_code` is 1 if no fit was possible, and 4 if a fit gave neither inertia nor
+    friction or if position and drive have opposite signs.
     """
 
     def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:

@@ -14,7 +14,7 @@ LARGEST_FACTOR = 10.0  # largest ratio of the upper to the lower end of an inter
 
 
 def too_vague(name: str, interval: Interval) -> str | None:
-    """Return why the interval of a positive parameter is too wide; None if it is narrow enough."""
+    """Return why the interval of a positive parameter is too wide, or None."""
     if name not in POSITIVE:
         return None
     if interval.low <= 0.0:

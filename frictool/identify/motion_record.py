@@ -8,8 +8,8 @@ change the fitted inertia by T/2 times the viscous friction. The record therefor
 If a log has a measured velocity and no position, the position of its record is the trapezoidal
 integral of the velocity from 0. Second differences of this position are differences of the
 velocity, so that methods without terms over position need no change. The absolute position is
-unknown, and velocity errors accumulate in it. Methods that depend on the position refuse such a
-record (`methods`).
+unknown, and velocity errors accumulate in the integral. Methods that depend on the position refuse
+such a record (`methods`).
 """
 
 from __future__ import annotations

@@ -119,7 +119,7 @@ def populations(
 ) -> dict[str, Population]:
     """Return scatter and tests of each parameter with at least two values.
 
-    `confidence` is the confidence of the intervals. It is also the probability that no test of any
+    `confidence` is the confidence of the intervals, and the probability that no test of any
     parameter rejects if all true values are equal (Bonferroni).
     """
     repeated = {name: estimates for name, estimates in values.items() if len(estimates) >= 2}
@@ -179,10 +179,7 @@ def _mean(values: Vector, s: Vector) -> float:
 
 
 def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
-    """Return the test of the scatter around the mean of each group.
-
-    If `group` is None, all values are one group.
-    """
+    """Return the test of the scatter around the mean of each group, or around the common mean."""
     w = s**-2.0
     group = np.zeros(values.size, dtype=np.int64) if group is None else group
     q = 0.0

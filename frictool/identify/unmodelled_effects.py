@@ -192,10 +192,7 @@ def _of_windows(
 def _of_noise(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> list[AcceptedEffects]:
-    """Return the part of the inertia's change with doubled windows that chance does not explain.
-
-    Noise reduces the fitted inertia, and longer windows reduce the noise.
-    """
+    """Return the part of the inertia's change with doubled windows that chance does not explain."""
     fitted = fit.parameters.get("inertia")
     smoother = effect_regression(fit, records, bench, confidence, SMOOTHER, hides=False)
     after = None if smoother is None else smoother.intervals().get("inertia")
@@ -307,10 +304,7 @@ def delayed(effort: Vector, samples: float) -> Vector:
 
 
 def lagging(effort: Vector, samples: float) -> Vector:
-    """Return the effort (n,) filtered by a first-order lag.
-
-    `samples` is the time constant of the lag, in sample periods.
-    """
+    """Return the effort (n,) filtered by a first-order lag of `samples` sample periods."""
     pole = float(np.exp(-1.0 / samples))
     return np.asarray(
         scipy.signal.lfilter([1.0 - pole], [1.0, -pole], effort, zi=[pole * effort[0]])[0]

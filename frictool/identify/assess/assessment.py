@@ -163,10 +163,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the assessments of the parameters named in `counted` that are not identifiable.
-
-    Parameters with the a-priori value 0 are left out.
-    """
+    """Return the assessments of the nonzero parameters in `counted` that are not identifiable."""
     return [
         row
         for row in assessment.rows

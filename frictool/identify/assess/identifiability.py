@@ -126,10 +126,7 @@ def up_to(bound: float) -> str:
 
 
 def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
-    """Return the worst-case relative error of differences of samples.
-
-    The formula is thesis (4.3) for the inertia, else thesis (4.4).
-    """
+    """Return the worst-case relative error of differences of samples, thesis (4.3) or (4.4)."""
     if parameter == "inertia":
         return inertia_error(
             facts.axis.inertia, facts.sensing.step, facts.sensing.period, facts.effort

@@ -12,9 +12,9 @@ with N = G'G and the covariance C of G'n. The encoder's noise in the regressor c
 fitted inertia, relative to its value, by the fraction of noise in the power of c*x. This error is
 large if the window is too short.
 
-The result exceeds the Cramér-Rao bound, because all rows have equal weight. It is a standard
-deviation under the assumption of independent encoder errors, which holds if the axis moves about
-one count per sample or more. The formulas (4.3) and (4.8) of the thesis are worst-case bounds.
+The result exceeds the Cramér-Rao bound, because all rows have equal weight. The result is a
+standard deviation if the encoder errors are independent, which holds if the axis moves about one
+count per sample or more. The formulas (4.3) and (4.8) of the thesis are worst-case bounds.
 """
 
 from __future__ import annotations

@@ -204,7 +204,7 @@ class BreakawayFit:
     """Breakaway over position as fitted polynomials, and the friction at the onsets.
 
     - structure: orders of the polynomials
-    - shape: breakaway at the onsets divided by its mean, (n,); None if the breakaway is constant
+    - shape: breakaway at the onsets divided by the mean, (n,); None if the breakaway is constant
     - solution: least-squares solution for the coefficients of the polynomials
     - friction: breakaway at the onsets, (n,), N m | N
     """

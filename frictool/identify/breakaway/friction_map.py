@@ -137,7 +137,7 @@ def _fitted(
 
 
 def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
-    """Return the breakaway (n,) at the positions of the samples, divided by its mean.
+    """Return the breakaway (n,) at the positions of the samples, divided by the mean breakaway.
 
     Outside the positions of the ramps, the breakaway at the nearest position is used.
     """

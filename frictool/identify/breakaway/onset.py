@@ -238,8 +238,7 @@ def least_misfit(
 ) -> float:
     """Return the onset time [s] with the smallest `misfit`, at most `span` s before time[0].
 
-    A grid brackets the minimum, and Brent's method refines it. `misfit` explains the other
-    arguments.
+    `misfit` explains the other arguments.
     """
     step = span / COARSE
     best = time[0]

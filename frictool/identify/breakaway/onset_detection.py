@@ -66,7 +66,7 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
 
 
 def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
-    """Return why a log of ramps has too few breakaways for `is_ramp`; None if it has no ramps."""
+    """Return why a log of ramps has too few breakaways for `is_ramp`; None without ramps."""
     rests = _rests(record)
     if not are_ramps(rests, record.position, record.effort):
         return None

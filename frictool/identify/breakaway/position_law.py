@@ -47,10 +47,7 @@ class PolynomialOrders:
 
 @dataclass(frozen=True)
 class BreakawayPositions:
-    """Position [rad | m] and direction (+1 or -1) of each breakaway, each (n,).
-
-    The positions are in the range [low, high].
-    """
+    """Position in [low, high], rad | m, and direction, +1 or -1, of each breakaway, (n,)."""
 
     position: Vector
     direction: Vector

@@ -6,11 +6,11 @@ high if friction is assumed to drop immediately.
 
 The misfit of an onset of motion is the sum of the squared differences between computed and logged
 travel, divided by their variance (`onset_friction`). The mean misfit over all onsets is computed
-for pairs of Stribeck velocity and exponent. Its smallest value with the preferred exponent is the
-reference. A pair is allowed if its mean misfit exceeds the reference by at most the chi-square
-quantile with one degree of freedom. The mean replaces the sum, because timing errors are the same
-at every onset of a repetitive test. Pairs with another exponent only widen the interval, because
-these curves can imitate friction that varies with position.
+for pairs of Stribeck velocity and exponent. The smallest mean misfit with the preferred exponent is
+the reference. A pair is allowed if the mean misfit of the pair exceeds the reference by at most the
+chi-square quantile with one degree of freedom. The mean replaces the sum, because timing errors are
+the same at every onset of a repetitive test. Pairs with another exponent only widen the interval,
+because these curves can imitate friction that varies with position.
 """
 
 from __future__ import annotations

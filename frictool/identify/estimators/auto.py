@@ -199,11 +199,11 @@ def _of_runs(
 ) -> SlidingFit:
     """Return the Stribeck curve of the parts at constant speed, or the fit of whole strokes.
 
-    The fit of whole strokes (`_of_strokes`) is returned if it has inertia, viscous friction and
-    Coulomb friction, the interval of the inertia is informative (`why_uninformative`), and friction
-    does not fall with speed. Otherwise, the curve is fitted. The inertia in this fit is that of the
-    whole strokes if its interval is informative, else that in bench.yaml. Raises UnusableLogs if
-    the parts do not determine a curve.
+    The fit of whole strokes (`_of_strokes`) is returned if inertia, viscous friction and Coulomb
+    friction are fitted, the interval of the inertia is informative (`why_uninformative`), and
+    friction does not fall with speed. Otherwise, the curve is fitted with this inertia if its
+    interval is informative, else with that in bench.yaml. Raises UnusableLogs if the parts do not
+    determine a curve.
     """
     why = "most of the motion consists of runs at constant speed"
     curve = run(STRIBECK_CURVE, records, bench, settings)
@@ -257,10 +257,7 @@ def inertia_over_position(
 
 
 def joined(fit: SlidingFit, other: SlidingFit, method: str, why: str) -> SlidingFit:
-    """Return `fit` with the inertia of `other`, which is a fit by the method `method`.
-
-    `why` is the reason for using this method.
-    """
+    """Return `fit` with the inertia of `other`, a fit by `method`, used for the reason `why`."""
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
     parameters = {"inertia": other.parameters["inertia"], **fit.parameters}
     details = {name: other.details[name] for name in WEAK_DETAILS if name in other.details}

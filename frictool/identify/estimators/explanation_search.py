@@ -137,7 +137,7 @@ class ExplanationSearch:
     def smoother(self, factor: float) -> ExplanationSearch:
         """Return the search with smoothing windows that are `factor` times as long.
 
-        The longest window is a quarter of the record's median stroke.
+        A window is at most a quarter of the record's median stroke.
         """
         longest = (LONGEST_SHARE * stroke_samples(record) for record in self.records)
         windows = tuple(
@@ -366,8 +366,8 @@ def _hidden(
 ) -> tuple[str, ...]:
     """Return the effects that noise of the acceleration prevents from being tested.
 
-    A delay is tested in spite of the noise if, with longer smoothing windows, it explains more than
-    the noise can hide, and predicts the strokes better than any other hypothesis.
+    A delay is tested in spite of the noise if, with longer smoothing windows, the delay explains
+    more than the noise can hide, and predicts the strokes better than any other hypothesis.
     """
     if not search.noisy(rows.samples):
         return ()

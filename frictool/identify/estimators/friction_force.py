@@ -17,8 +17,8 @@ All samples of a stroke are used, also samples at rest within the stroke, which 
 friction towards the effort at rest. The curve is therefore fitted again to the samples that
 certainly slip, and the intervals contain the intervals of both fits. Select the moving part of the
 log with `ingest --from --to`. The intervals allow for the correlation of the residuals that the
-filter causes (`newey_west`), and include the effect of every inertia in its range in bench.yaml.
-The intervals do not include errors of the instruments' clocks.
+filter causes (`newey_west`), and for every inertia in the range in bench.yaml. The intervals do not
+include errors of the instruments' clocks.
 """
 
 from __future__ import annotations

@@ -85,10 +85,7 @@ class ReducedRows:
         return by_stroke(out, self.stroke)
 
     def probability(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the p-value of the null hypothesis that all parameters of `tested` are 0.
-
-        The fit includes the hypotheses `others` and `tested`.
-        """
+        """Return the p-value that all parameters of `tested` are 0, in a fit with `others`."""
         columns = self.columns([*others, tested])
         indices = [k for k, column in enumerate(columns) if self.names[column] in tested.names]
         return joint_probability(self.plain[:, :, [*columns, -1]], self.cluster, indices)

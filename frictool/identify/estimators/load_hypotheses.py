@@ -60,10 +60,7 @@ def harmonic(term: str, what: str = "a ripple over the position", settle: str = 
 
 @dataclass(frozen=True)
 class Structure:
-    """Load terms of a fit, and the wave numbers [1/rad | 1/m] of its ripples.
-
-    `terms` contains one entry of RIPPLES for each wave number.
-    """
+    """Load terms of a fit, and the wave number [1/rad | 1/m] of each ripple among these terms."""
 
     terms: tuple[str, ...] = ()
     waves: tuple[float, ...] = ()

@@ -94,7 +94,7 @@ def influences(
 
 
 def cluster_numbers(segments: Sequence[RecordSegment]) -> list[NDArray[np.int64]]:
-    """Return the numbers (m,) of the clusters to which the samples of each segment belong.
+    """Return the cluster number of each sample, (m,) for each segment.
 
     Successive clusters are joined if there would be more than MOST_CLUSTERS.
     """
@@ -244,10 +244,7 @@ def _with_inertia(
     inertia: Interval,
     settings: IdentificationSettings,
 ) -> tuple[SegmentSimulation, SimulationFit, dict[str, Interval]]:
-    """Return simulation, fit and intervals with the inertia fixed at the estimate `inertia`.
-
-    The intervals include the uncertainty of this inertia.
-    """
+    """Return simulation, fit and intervals with the inertia fixed at the estimate `inertia`."""
     index = simulated.names.index("inertia")
     others = np.delete(fitted.jacobian, index, axis=1)
     slope = np.linalg.lstsq(others, fitted.jacobian[:, index], rcond=None)[0]
@@ -327,10 +324,7 @@ def _own_motion(simulated: SegmentSimulation, fitted: SimulationFit, name: str) 
 
 
 def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the position-dependent load terms of which every interval contains 0.
-
-    Such loads only compensate a drift of the simulated position.
-    """
+    """Return the position-dependent load terms of which every interval contains 0."""
     load = None if fit.laws is None else fit.laws.load
     gravity = (
         None if load is None or load.gravity is None else (load.gravity.sine, load.gravity.cosine)

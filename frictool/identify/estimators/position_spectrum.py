@@ -18,8 +18,8 @@ LEAST_PERIODS = 1.5  # periods within the travel; fewer look like a spring
 BINS_PER_PERIOD = 6  # number of position bins in the shortest period
 OVERSAMPLING = 16  # number of grid points of the wave number per 2 pi/travel
 MOST_BINS = 1 << 15
-# a peak is rounded to a whole number of cycles per turn if this changes it by at most SNAP times
-# the resolution and at most FARTHEST cycles
+# a peak is rounded to a whole number of cycles per turn if the difference is at most SNAP times the
+# resolution and at most FARTHEST cycles
 SNAP, FARTHEST = (0.35, 0.35)
 
 

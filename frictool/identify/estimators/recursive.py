@@ -4,7 +4,7 @@ The thesis (4.16) updates a gain matrix instead; on long logs, rounding errors m
 indefinite. The end of the log has the largest weight: the weight of a squared residual decreases by
 the factor `forgetting` in the duration of a median stroke.
 
-The result is the estimate at the end of the log. Its interval comes from least squares with the
+The result is the estimate at the end of the log. The interval comes from least squares with the
 same weights. `path` returns the estimates along the log, which show a drift.
 """
 

@@ -256,7 +256,7 @@ def _check(means: StrokeMeans) -> None:
 def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[PiecewiseFriction, Vector]:
     """Return the piecewise linear friction, and the half widths (p,) of its coefficients.
 
-    The half widths include the range of the inertia in bench.yaml.
+    The half widths include the effect of the range of the inertia in bench.yaml.
     """
     means = rows.means
     inertia = bench.mechanics.inertia
@@ -291,17 +291,14 @@ def _of_inertia(
 
 
 def not_negative(interval: Interval) -> Interval:
-    """Replace a negative value and a negative lower end by 0 if the upper end is positive.
-
-    Otherwise, the interval is returned unchanged.
-    """
+    """Replace a negative value and lower end of an interval by 0 if the upper end is positive."""
     return Interval(0.0, 0.0, interval.high) if interval.value < 0.0 < interval.high else interval
 
 
 def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[Regime, ...]:
     """Return the speed regimes of a model document: the viscous friction above each knee.
 
-    `half` are the half widths (p,) of the coefficients of `pieces`.
+    `half` (p,) are the half widths of the coefficients of `pieces`.
     """
     first = pieces.solution.value.size - len(pieces.knees)
     out = []

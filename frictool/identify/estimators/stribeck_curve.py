@@ -44,7 +44,7 @@ from frictool.typing import Matrix, Vector
 
 BLOCK = 50  # samples per block; runs grow block by block
 STRAIGHT_COUNTS = 2.0  # counts, largest distance of a run's position from its line
-# largest distance from the line of a whole stroke, relative to its distance: half that of a sine
+# largest deviation of a whole stroke from a line, relative to its distance: half that of a sine
 WHOLE_SHARE = 0.027
 # share of the moving samples in runs above which a test has constant speeds. Trapezoids of the
 # speed with ramps of a quarter of the stroke have 0.5, tests of `excite --kind speeds` at least
@@ -249,10 +249,7 @@ def _fitted(
 
 
 def _sum(one: Interval, other: Interval) -> Interval:
-    """Return the sum of two estimates whose errors are negatively correlated.
-
-    The half width is that of independent errors, which is an upper bound.
-    """
+    """Return the sum of two estimates, with an upper bound of the half width."""
     return Interval.around(
         one.value + other.value, float(np.hypot(one.half_width, other.half_width))
     )

@@ -32,7 +32,7 @@ def threshold(
 def faster(samples: RegressionSamples, slowest: float | None) -> Vector:
     """Return the weight of each row (n,): 1 if its speed exceeds `slowest` [rad/s | m/s], else 0.
 
-    The default of `slowest` is a tenth of the top speed.
+    If `slowest` is None, the limit is a tenth of the top speed.
     """
     speed = np.abs(samples.velocity)
     least = SHARE_OF_TOP_SPEED * float(speed.max()) if slowest is None else slowest

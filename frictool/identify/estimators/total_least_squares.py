@@ -47,8 +47,8 @@ def total_least_squares(
 ) -> SlidingFit:
     """Return inertia, viscous friction, Coulomb friction and offset by total least squares.
 
-    Raises UnusableLogs if the records have too few samples of sliding motion, or if a part of them
-    does not separate the parameters.
+    Raises UnusableLogs if the records have too few samples of sliding motion, or if a part of the
+    samples does not separate the parameters.
     """
     return slipping_fit(
         records,

@@ -1,9 +1,9 @@
 """Choice of position polynomials and speed knees for the weak form, by the prediction of strokes.
 
-Friction is a polynomial of the position. Its order is judged by the prediction of strokes that the
-fit did not use. The best order has the smallest prediction error. The smallest order whose
-prediction is not significantly worse is used. The order is 0 unless the best order reduces the rms
-prediction error significantly and by at least a fifth.
+Friction is a polynomial of the position. The best order has the smallest error in the prediction of
+strokes that the fit did not use. The smallest order whose prediction is not significantly worse is
+used. The order is 0 unless the best order reduces the rms prediction error significantly and by at
+least a fifth.
 
 Viscous friction changes at certain speeds, the knees. Each new knee is placed at the speed at which
 the knee reduces the residual most. The knee is kept if the rms prediction error decreases

@@ -7,10 +7,10 @@ breakaway. The test controller goes on to
 - the next segment, as soon as the encoder has moved by `advance_on` since the segment began;
 - the first segment of the other direction, as soon as the position passes `low` or `high`.
 
-Without these rules (`open_loop`), the drive signal reaches the top of every ramp. In both cases the
-test is simulated first on three axes: the nominal axis, the lightest axis with the least friction,
-and the heaviest axis with the most friction. The simulation has no load, since the shape of the
-load is unknown; the tops of the ramps are raised by `load.most`.
+Without these rules (`open_loop`), the drive signal reaches the top of every ramp. The test is first
+simulated on three axes: the nominal axis, the lightest axis with the least friction, and the
+heaviest axis with the most friction. The simulation has no load, since the shape of the load is
+unknown; the tops of the ramps are raised by `load.most`.
 
 After a breakaway under a ramp of R [N m/s | N/s], the encoder shows a count after at most t =
 (6 inertia step/R)^(1/3), with the encoder step `step`. In this time the effort grows by R t. The
@@ -242,7 +242,7 @@ def _table(
 
 
 def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> SimulatedRamps:
-    """Return one round of ramps, simulated on the lightest (0), nominal (1) or heaviest (2) axis.
+    """Return one round of ramps on the lightest (0), nominal (1) or heaviest (2) axis.
 
     Raises NoSolutionError if the axis moves too far, too fast, or not at all.
     """

@@ -141,9 +141,9 @@ def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
 
 
 def cramer_rao(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
-    """Return the bounds (4,) of inertia, viscous, Coulomb and offset as standard deviations (SI).
+    """Return the least standard deviations (4,) of inertia, viscous, Coulomb and offset (SI).
 
-    A bound is inf if the test does not determine the parameter.
+    A standard deviation is inf if the test does not determine the parameter.
     """
     matrix = information(strokes, axis, sensing)
     scale = np.sqrt(np.diag(matrix))

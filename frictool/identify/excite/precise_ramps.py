@@ -116,10 +116,7 @@ def _onsets(single: float, common: float, limit: float) -> float:
 
 
 def _middle_part(limits: BenchLimits, segments: int) -> BenchLimits:
-    """Return limits that allow only the middle of the travel, long enough for `segments` ramps.
-
-    A ramp then moves the axis as far as a ramp of `excite --kind breakaway`.
-    """
+    """Return limits that allow only the middle of the travel, long enough for `segments` ramps."""
     if math.isinf(limits.travel):
         return limits
     middle = 0.5 * (limits.low + limits.high)

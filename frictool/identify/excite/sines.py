@@ -27,10 +27,7 @@ def plan(
     speeds: int = SPEEDS,
     distance: float | None = None,
 ) -> list[PlannedStroke]:
-    """Return the mean stroke of each speed, with the number of repetitions.
-
-    Each speed has an equal share of `duration` [s].
-    """
+    """Return the mean stroke of each speed; all speeds have equal shares of `duration` [s]."""
     mean = (distance or longest_distance(limits)) * (1.0 - SPREAD)
     fastest = reachable_speed(limits, mean / (1.0 - SPREAD) * (1.0 - 2.0 * SPREAD))
     strokes = [

@@ -18,7 +18,7 @@ TOP_SPEED = 0.5 * math.pi  # top speed of a stroke of distance 1 and duration 1
 def unit_profile(share: Vector) -> tuple[Vector, Vector, Vector]:
     """Return position, speed and acceleration (n,) of a stroke of distance 1 and duration 1.
 
-    `share` contains the times (n,) divided by the duration, 0 to 1.
+    `share` (n,) contains the times, 0 to 1.
     """
     angle = math.pi * share
     return (

@@ -174,10 +174,7 @@ def _fit(
 def _linearised(
     columns: Matrix, target: Vector, noise: Matrix, value: Vector, change: int, period: float
 ) -> tuple[Matrix, Vector, Matrix]:
-    """Return columns (m, p), target (m,) and noise (3, 3), with the inductance in place of c.
-
-    The equation of the module docstring is linearised in the inductance.
-    """
+    """Return columns (m, p), target (m,) and noise (3, 3), linearised in the inductance."""
     resistance, c = float(value[0]), float(value[change])
     exponent = -np.log1p(-resistance / c)  # R T/L
     inductance = resistance * period / exponent

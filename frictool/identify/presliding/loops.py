@@ -98,10 +98,7 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
 
 
 def branches_of(record: MotionRecord) -> NDArray[np.int64]:
-    """Return the number, from 0, of the branch to which each sample belongs, (n,).
-
-    A branch is the path between two reversals of the effort.
-    """
+    """Return the number of the branch (path between effort reversals) of each sample, (n,)."""
     points = np.empty(record.effort.size, dtype=np.int64)
     turning = turning_points(record.effort, TURN * float(np.ptp(record.effort)), points)
     turns = np.zeros(record.effort.size, dtype=np.int64)

@@ -145,10 +145,7 @@ def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
 
 
 def _held_out(loops: PreslidingLoops, path: Path, start: Vector) -> Vector:
-    """Return the force error (n,) in a half of the branches that a fit to the other half predicts.
-
-    Pairs of branches are assigned to the two halves in turn.
-    """
+    """Return the force error (n,) of each row, predicted by a fit to the other half of the rows."""
     half = (loops.branch // 2) % 2
     errors = []
     for side in (0, 1):

@@ -2,8 +2,8 @@
 
 The cycles have K amplitudes a = k z/K, k = 1 to K, with the largest amplitude z. Of each cycle, the
 falling branch from +a to -a is used (friction/preisach_cycles.py). The r-th branches of all
-amplitudes give table r. The mean over all tables is the result. Its interval combines Student's
-interval over the tables and an error of one encoder count.
+amplitudes give table r. The result is the mean over all tables. The interval of the mean combines
+Student's interval over the tables and an error of one encoder count.
 """
 
 from __future__ import annotations

@@ -48,10 +48,7 @@ def held_out_squares(
 def held_out_norm(
     plain: Tensor, weighted: Tensor, half: IntVector, columns: list[int]
 ) -> float | None:
-    """Return the root of the sum of squared prediction errors (`held_out_squares`).
-
-    Return None if a half of the data does not determine the fit.
-    """
+    """Return the root of the sum of squared prediction errors (`held_out_squares`), or None."""
     squares = held_out_squares(plain, weighted, half, columns)
     return None if squares is None else float(np.sqrt(np.sum(squares)))
 

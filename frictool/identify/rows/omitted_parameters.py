@@ -93,10 +93,7 @@ class OmittedParameters:
         self._add(np.minimum(total, effects))
 
     def widened(self, names: Sequence[str], half: Vector) -> Vector:
-        """Return the half widths `half` (p,), widened for the omitted parameters.
-
-        `names` are the parameters to which the half widths belong.
-        """
+        """Return the half widths `half` (p,) of `names`, widened for the omitted parameters."""
         added = dict(zip(self.free, self._added.tolist(), strict=True))
         if "viscous_backward" in names:
             added["viscous_backward"] += added.get("viscous", 0.0)

@@ -24,7 +24,7 @@ from frictool.typing import Vector
 def unresolved_inertia(
     record: MotionRecord, bench: Bench, response: Vector, acceleration: float, smoothing: str
 ) -> str | None:
-    """Return why the encoder is too coarse to identify the inertia; None if it is fine enough.
+    """Return why the encoder is too coarse to identify the inertia, or None.
 
     - response: impulse response from the position (1/s^2) or the measured velocity (1/s) to the
       acceleration
@@ -70,7 +70,7 @@ def refuse_hidden_inertia(
     acceleration: float,
     smoothing: str,
 ) -> SlidingFit:
-    """Return the fit; drop the inertia if the encoder is too coarse to identify it.
+    """Return the fit, without the inertia if the encoder is too coarse to identify the inertia.
 
     If the inertia is dropped, `refused` contains the reason from `unresolved_inertia`.
     """

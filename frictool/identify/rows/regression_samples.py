@@ -81,10 +81,7 @@ class RegressionSamples:
 
     @property
     def own_acceleration(self) -> float:
-        """Return the rms acceleration [rad/s^2 | m/s^2] that the other regressors do not explain.
-
-        Only this part of the acceleration determines the inertia.
-        """
+        """Return the rms acceleration [rad/s^2 | m/s^2] that other regressors do not explain."""
         others = (*self.columns[1:], *self.loads.values())
         products = np.array([[one @ other for other in others] for one in others])
         shared = np.array([one @ self.acceleration for one in others])
@@ -316,8 +313,8 @@ def cluster_products(
 ) -> tuple[Tensor, Vector, IntVector]:
     """Return Gram matrices (g, q, q), numbers of rows (g,) and cluster numbers (g,) of g groups.
 
-    A group consists of consecutive rows of one stroke and one cluster. Its Gram matrix is C^T C for
-    the matrix C of its rows in the q `columns` (n,).
+    A group consists of consecutive rows of one stroke and one cluster. The Gram matrix of a group
+    is C^T C, where C contains the q `columns` in the rows of the group.
     """
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
     starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))

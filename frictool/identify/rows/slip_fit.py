@@ -183,10 +183,7 @@ def stroke_samples(record: MotionRecord) -> float:
 
 
 def shortest_window(records: list[MotionRecord], share: float) -> int:
-    """Return the shortest window [samples] with which noise is at most `share` of the acceleration.
-
-    This window is sufficient for each of the records.
-    """
+    """Return the shortest window [samples] with noise of at most `share` of the acceleration."""
     return max(choose_window(record, stroke_samples(record), share) for record in records)
 
 

@@ -11,13 +11,14 @@ is used if all samples in its smoothing window
 
 Two velocities must meet the last condition:
 
-- The first is smoothed over the window. Up to half a window before and after a motion, it is not 0,
-  although the axis rests. At rest, the effort takes any value up to the breakaway. A few samples of
-  rest would therefore shift the parameters.
-- The second is the mean over the shortest motion that the encoder certainly shows
-  (`mean_velocity`). It is 0 where the axis may rest at the end of a stroke. It is also set to 0
-  where it is below a tenth of an earlier speed and of a later speed in the same stroke
-  (`remove_rests`), because the axis may rest there.
+- The first velocity is smoothed over the window. Up to half a window before and after a motion,
+  this velocity is not 0, although the axis rests.
+- The second velocity is the mean over the shortest motion that the encoder certainly shows
+  (`mean_velocity`), and 0 where the axis may rest at the end of a stroke. This velocity is also set
+  to 0 where the axis may rest between faster parts of a stroke (`remove_rests`).
+
+A few samples of rest would shift the parameters, because the effort at rest takes any value up to
+the breakaway.
 """
 
 from __future__ import annotations
@@ -142,9 +143,10 @@ def mean_velocity(
 
 @kernel
 def remove_rests(speed: Vector, number: IntVector, before: Vector) -> None:
-    """Set the speed (n,) along the stroke to 0 where it is small between faster parts of a stroke.
+    """Set the speed (n,) to 0 where the axis may rest between faster parts of a stroke.
 
-    `number` is the number of the stroke of each sample, (n,). `before` (n,) is overwritten.
+    The speed there is below REST_SHARE of an earlier and of a later speed in the stroke. `number`
+    is the number of the stroke of each sample, (n,). `before` (n,) is overwritten.
     """
     n = speed.shape[0]
     fastest = 0.0

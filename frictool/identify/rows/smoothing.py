@@ -50,10 +50,7 @@ def acceleration_filter(window: int, period: float) -> Vector:
 
 
 def bump(window: int, period: float) -> Vector:
-    """Return the smoothing kernel g (window - 2,), with sum 1.
-
-    The second difference of g is the filter c, `acceleration_filter`.
-    """
+    """Return the smoothing kernel g (window - 2,) of sum 1, defined in the module docstring."""
     once = np.cumsum(acceleration_filter(window, period)) * period
     return np.asarray(np.cumsum(once[:-1])[:-1] * period, dtype=np.float64)
 

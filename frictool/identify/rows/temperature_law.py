@@ -63,10 +63,7 @@ def refuse_unknown_temperature(records: Sequence[MotionRecord], bench: Bench) ->
 
 
 def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> SlidingFit:
-    """Return the fit with a law of friction over temperature.
-
-    A fit without the effect `temperature` is returned unchanged.
-    """
+    """Return the fit, with a law of friction over temperature if this effect was fitted."""
     law = temperatures(records)
     slope, dry, curvature = (fit.effects.get(name) for name in TEMPERATURE_NAMES)
     if law is None or (slope is None and dry is None):
