@@ -18,10 +18,7 @@ LONGEST_S = 60.0  # s, timeout of each command
 
 
 def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationFinding:
-    """Compile and run a C program that calls sqrt.
-
-    The compiler is the first of `names` that is on the PATH.
-    """
+    """Compile and run a C program with the first compiler of `names` that is on the PATH."""
     path = next((compiler for compiler in map(shutil.which, names) if compiler), None)
     if path is None:
         return InstallationFinding(

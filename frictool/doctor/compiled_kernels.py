@@ -17,8 +17,6 @@ from frictool.runtime.kernel_sources import PACKAGE, Sources, UnknownSourcesErro
 class OldKernelFolder:
     """Cache folder with kernels that this installation no longer uses.
 
-    The kernels belong to a former toolchain, or to a former state of a module.
-
     kept_by: reason why the folder cannot be removed; "" if it can be removed.
     """
 

@@ -17,10 +17,7 @@ from frictool.doctor.resources import check_machine, check_temporary, check_term
 
 
 def examine() -> list[InstallationFinding]:
-    """Run all checks; return one finding per check.
-
-    A check that raises an exception also gives a finding.
-    """
+    """Run all checks; return one finding per check, also for a check that raises an exception."""
     required = required_libraries()
     checks = [check_python(), check_libraries(required)]
     checks += [

@@ -58,9 +58,7 @@ def compile_all(
 ) -> Compilation:
     """Compile and store every kernel in `rows`; None compiles all kernels.
 
-    A row is (module, name, kind, types).
-
-    `progress` is called with the completed fraction, 0 to 1.
+    A row is (module, name, kind, types). `progress` is called with the completed fraction, 0 to 1.
     """
     rows = all_rows() if rows is None else rows
     done, count = Compilation(), _Count()

@@ -1,7 +1,4 @@
-"""Friction along a log with its interval: the model's friction times the wear factor.
-
-The computation is in kernels/friction_interval.py.
-"""
+"""Friction along a log with its interval: the model's friction times the wear factor."""
 
 from __future__ import annotations
 
@@ -107,10 +104,7 @@ def _ends(quantity: Quantity | None) -> tuple[float | None, float | None]:
 
 
 def _unsure(quantity: Quantity, part: float) -> Vector:
-    """Return value, lower and upper end (3,) of a quantity.
-
-    A quantity without a range has the ends value (1 ± `part`).
-    """
+    """Return value, lower and upper end (3,) of a quantity; without a range, value (1 ± `part`)."""
     low, high = quantity.interval
     if low == high:
         low = (1.0 - part) * quantity.value

@@ -124,10 +124,7 @@ def _judged(name: str, estimate: EstimateRange, moves: int, limit: float) -> Wea
 def _parts(
     estimate: WearEstimate, ratio: EstimateRange | None
 ) -> Iterator[tuple[str, EstimateRange]]:
-    """Yield the name and the wear of each direction or zone.
-
-    If `ratio` is known, the wear is divided by the wear at commissioning.
-    """
+    """Yield name and wear, or ratio to commissioning if known, of each direction or zone."""
     if estimate.kind == "directional":
         sides = (("forward", estimate.forward), ("backward", estimate.backward))
         parts = [(name, worn) for name, worn in sides if worn is not None]

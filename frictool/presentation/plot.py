@@ -35,11 +35,7 @@ DASHED, DOTTED = (4.0, 2.0), (1.0, 1.5)  # lengths of lines and gaps, in widths 
 
 
 class FigureMargins(NamedTuple):
-    """Margins around the panels, and distance of ordinate labels from the left edge [inch].
-
-    The margins are fixed, so that the panels of figures that follow each other on a page are
-    aligned.
-    """
+    """Margins around the panels, and distance of ordinate labels from the left edge [inch]."""
 
     left: float
     right: float

@@ -121,10 +121,7 @@ def _last_used(folder: Path) -> float:
 
 
 def mark_used(folder: Path) -> None:
-    """Mark an existing folder as used until this process ends.
-
-    The function does nothing on a file system without locks.
-    """
+    """Mark a folder as used until this process ends; do nothing on a file system without locks."""
     with suppress(OSError):
         while True:
             handle = os.open(folder / USED, os.O_RDWR | os.O_CREAT, 0o666)
@@ -270,10 +267,7 @@ def remove_state(state: Path, now: float | None = None) -> bool:
 
 @contextmanager
 def writing(folder: Path) -> Iterator[bool]:
-    """Lock `folder` for writing during the with-block; yield False if the lock cannot be taken.
-
-    The caller must not write if False is yielded.
-    """
+    """Lock `folder` for writing in the with-block; yield False if the caller must not write."""
     try:
         handle = os.open(folder / WRITTEN, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError:

@@ -195,10 +195,7 @@ def bare_kernel(function: F) -> F:
 
 
 def part_kernel(function: F) -> F:
-    """Compile a function as `bare_kernel` does, but do not inline it into its callers.
-
-    This suits a long function that several kernels share.
-    """
+    """Compile a function as `bare_kernel` does, without inlining; for long shared functions."""
     return cast(F, _declared(function, PART))
 
 

@@ -197,10 +197,7 @@ class KernelStore(FunctionCache):
         return reached(self._py_func, sources.holds) <= sources.state({self._module}).modules
 
     def _claim(self, signature: Any) -> bool:
-        """Wait for another process that compiles this function for these types, then take the lock.
-
-        Returns False if no lock can be taken.
-        """
+        """Wait for processes that compile this code, then lock it; return False if locking fails."""
         words = f"{self._cache_file._index_path}\0{signature}"
         byte = int.from_bytes(hashlib.sha256(words.encode()).digest()[:7], "big")
         if not _lock(self._folder, byte):
@@ -248,10 +245,7 @@ def _sources(folder: Path, root: Path, only: str) -> Sources:
 
 
 def _digest(function: Any) -> str:
-    """Return a digest of the function's code, independent of line numbers.
-
-    The digest distinguishes functions of the same name in one module.
-    """
+    """Return a digest of the code, without line numbers, to distinguish functions of one name."""
 
     def words(code: CodeType, skipped: Any) -> Iterator[Any]:
         yield code.co_code.hex(), code.co_names, code.co_varnames, code.co_freevars

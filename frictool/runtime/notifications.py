@@ -57,10 +57,7 @@ def example_values(path: str, keys: tuple[str, ...]) -> None:
 
 
 def bench_values(path: str, reason: str) -> None:
-    """Notify that no value of the model at `path` was identified; `reason` says why.
-
-    All values of the model are those of the bench.
-    """
+    """Notify that all values of the model at `path` are those of the bench; `reason` says why."""
     if receiver := _current().get("bench_values"):
         receiver(path, reason)
 

@@ -246,7 +246,6 @@ def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
 
 
 def _processor_time(pid: int | None) -> float | None:
-    """Return the processor time of a process in s; None on systems other than Linux."""
     try:
         fields = (
             Path(f"/proc/{pid}/stat")

@@ -99,10 +99,7 @@ def schema_text(fields: tuple[str, ...]) -> str:
 
 
 def schema_fields(text: str) -> tuple[str, ...] | None:
-    """Return the field names in a `ros2msg` definition.
-
-    The result is None if the definition is not a flat list of distinct float64 fields.
-    """
+    """Return the field names in a `ros2msg` text; None unless it lists distinct float64 fields."""
     lines = [line.partition("#")[0].strip() for line in text.splitlines()]
     matches = [_FIELD_LINE.fullmatch(line) for line in lines if line]
     names = tuple(match.group(1) for match in matches if match)

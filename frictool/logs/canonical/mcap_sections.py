@@ -1,8 +1,6 @@
 """Records and sections of messages of any MCAP file, in order.
 
-    FileRecords ──▶ FileRecord, FileSection, FileSection, FileRecord, ...
-
-A second thread decompresses the chunks and checks their CRCs, a few megabytes before they are read.
+FileRecords ──▶ FileRecord, FileSection, FileSection, FileRecord, ...
 """
 
 from __future__ import annotations

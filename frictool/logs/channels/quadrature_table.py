@@ -1,7 +1,4 @@
-"""Table with encoder counts computed from the two recorded channels of an incremental encoder.
-
-kernels/quadrature.py counts the transitions.
-"""
+"""Table with encoder counts computed from the two recorded channels of an incremental encoder."""
 
 from __future__ import annotations
 

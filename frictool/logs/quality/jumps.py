@@ -125,10 +125,7 @@ class PositionJumps:
         return 0.5 * (self.lowest_landing + self.highest_landing)
 
     def text(self) -> str | None:
-        """Return a line with the number of jumps, the first jump and a likely cause.
-
-        The result is None if there is no jump.
-        """
+        """Return the number, the first and the likely cause of the jumps; None without jumps."""
         if not self.count:
             return None
         when = "once, at" if self.count == 1 else f"{self.count} times, first at"

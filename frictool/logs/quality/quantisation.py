@@ -29,8 +29,5 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the quantisation step: the distances of all values are multiples of this step.
-
-        The result is None if there is no such step.
-        """
+        """Return the step of which all distances of values are multiples; None if there is none."""
         return encoder_step(self._values) if self._values.size else None

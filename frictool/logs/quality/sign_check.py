@@ -132,10 +132,7 @@ def net_work(position: Vector, effort: Vector) -> float | None:
 
 
 def _brakes(position: Vector, effort: Vector) -> bool:
-    """Return True if the mean effort in the direction of motion is significantly negative.
-
-    The mean is weighted by the length of the strokes.
-    """
+    """Return True if the mean effort along the strokes, weighted by length, is clearly negative."""
     window = _window(position)
     speed = np.sign(position[window:] - position[:-window])
     moving = np.flatnonzero(speed)

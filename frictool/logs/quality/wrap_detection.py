@@ -118,10 +118,7 @@ class WrapSearch:
         return None
 
     def possible(self) -> Wrap | None:
-        """Return a repeated jump that may be a wrap, or may come from lost samples.
-
-        The result is None if there is no such jump.
-        """
+        """Return a repeated jump that may be a wrap or come from lost samples; None without one."""
         jump = self._jumps.result()
         return None if jump is None or self._is_sure(jump) else self._wrap(jump)
 

@@ -150,7 +150,6 @@ class _CdrReader:
         return MessageLayout(len(self.data), tuple(self.leaves), tuple(self.guards))
 
     def take(self, size: int, alignment: int) -> int:
-        """Return the offset of the next `size` bytes and move past them."""
         if self.aligned:
             alignment = min(alignment, self.largest)
             self.position += -(self.position - self.base) % alignment

@@ -54,14 +54,10 @@ class _McapPass:
 
     @property
     def counts(self) -> dict[int, int]:
-        """Return channel -> number of messages in the file's statistics."""
         return self.declarations.counts or {}
 
     def pieces(self) -> Iterator[tuple[MessagesByChannel | McapLoss, int]]:
-        """Yield messages and losses chunk by chunk, each with the number of bytes processed so far.
-
-        Raises OSError if the file cannot be read.
-        """
+        """Yield messages and losses chunk by chunk, each with the bytes processed so far."""
         for item, done in contents(FileRecords(self.stream, self.size)):
             if isinstance(item, FileSection):
                 for piece in self._part(item):

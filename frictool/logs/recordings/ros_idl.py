@@ -1,7 +1,4 @@
-"""Parser of message definitions in OMG IDL (`ros2idl`), as ROS 2 writes them.
-
-The parser reads modules, structures, sequences, arrays, typedefs and enumerations.
-"""
+"""Parser of message definitions in OMG IDL (`ros2idl`), as ROS 2 writes them."""
 
 from __future__ import annotations
 

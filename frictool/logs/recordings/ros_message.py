@@ -123,7 +123,6 @@ def assembled(name: str, definitions: Definitions) -> MessageType:
 
 
 def _fields(message: str, lines: str) -> list[tuple[str, str, Repeat, int]]:
-    """Return the fields of one message, without constants such as `uint8 ERROR=40`."""
     parsed: list[tuple[str, str, Repeat, int]] = []
     for line in lines.splitlines():
         if not line.strip() or line.lstrip().startswith("#"):

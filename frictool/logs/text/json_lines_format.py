@@ -175,10 +175,7 @@ class JsonLinesTable:
 
 
 def _lines(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Yield the number and the first LONGEST + 2 bytes of each line that is not blank.
-
-    A byte-order mark is left out.
-    """
+    """Yield number and first LONGEST + 2 bytes of each nonblank line, without a byte-order mark."""
     number = 0
     while line := stream.readline(LONGEST + 2):
         number += 1

@@ -1,7 +1,4 @@
-"""Rows of a text file in batches of bounded size.
-
-The bytes of the file are passed to the scanner (kernels/row_scanner.py) piece by piece.
-"""
+"""Rows of a text file in batches of bounded size."""
 
 from __future__ import annotations
 

@@ -167,10 +167,7 @@ def find_layout(
 def _header(
     path: Path, rows: list[list[str]], layout: Layout, value: Number, is_number: IsNumber
 ) -> DeclaredHeader:
-    """Return the header that the instrument declares; if there is none, the detected header.
-
-    If bench.yaml gives the line of the header, this line is used instead.
-    """
+    """Return the header: in the line that bench.yaml gives, else as declared, else as detected."""
     after = max(layout.header_line or 0, layout.unit_line or 0)
     if layout.header_line is None and layout.unit_line is None and layout.first_line is None:
         try:

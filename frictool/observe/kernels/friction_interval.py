@@ -57,10 +57,7 @@ def viscous_friction(p: Vector, direction: float, speed: float) -> float:
 
 @kernel
 def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[float, float, float]:
-    """Return value, lower and upper bound of the wear at the position x.
-
-    `friction_along` explains `factors` and `zones`.
-    """
+    """Return value, lower and upper bound of the wear at the position x."""
     for row in range(zones.shape[0]):
         if zones[row, 0] <= x < zones[row, 1]:
             return zones[row, 2], zones[row, 3], zones[row, 4]
