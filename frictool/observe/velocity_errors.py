@@ -93,7 +93,7 @@ class VelocityErrors:
             self._compare(last=False)
 
     def figures(self) -> dict[str, Any]:
-        """Return the errors by name (SI) at the end of the log; the values of a short log are None."""
+        """Return the errors by name (SI) at the end of the log; all are None for a short log."""
         self._compare(last=True)
         self._begin()
         filter_figures = self._figures("", self.zero_phase)
