@@ -93,7 +93,7 @@ class VelocityErrors:
             self._compare(last=False)
 
     def figures(self) -> dict[str, Any]:
-        """Return the errors by name (SI) at the end of the log; all are None for a short log."""
+        """Return the errors by name (SI) of the whole log; the errors of a short log are None."""
         self._compare(last=True)
         self._begin()
         filter_figures = self._figures("", self.zero_phase)
