@@ -45,16 +45,16 @@ class LawRunner(Protocol):
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
     ) -> LawTrajectory:
-        """Simulate a law from rest through all segments; return `samples` equidistant samples."""
+        """Simulate a law from rest under all `segments`; return `samples` equidistant samples."""
 
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
-        """Return the friction [N | N m] along a path at a constant speed.
+        """Return the friction [N | N m] along the positions `path` at constant `speed`.
 
         Returns None if the contact is rigid below breakaway.
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the symbols of a law in thesis table 2.1, by row, as far as simulations give them.
+        """Return the symbols of a law in thesis table 2.1 that simulations can determine, by row.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test

@@ -16,7 +16,7 @@ from frictool.documents.quantity import Axis
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
-    """Return the measures and both tables by law, and the cells that differ from the thesis."""
+    """Return measures and tables 2.1 and 3.2 by law, and the cells that differ from the thesis."""
     axis = comparison.setting.axis
     return {
         "parameters": asdict(comparison.setting),

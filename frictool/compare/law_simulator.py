@@ -209,7 +209,7 @@ class LawSimulator:
         return LawTrajectory(ran.time, ran.position, ran.velocity, ran.friction, sticks)
 
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
-        """Return the friction [N | N m] along a path at a constant speed.
+        """Return the friction [N | N m] along the positions `path` at constant `speed`.
 
         Returns None if a mass does not move below breakaway, or does not spring back.
         """
@@ -239,7 +239,7 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the symbols of a law in thesis table 2.1, by row, as far as simulations give them.
+        """Return the symbols of a law in thesis table 2.1 that simulations can determine, by row.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test

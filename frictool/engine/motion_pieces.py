@@ -229,7 +229,7 @@ def layer_piece(
 def straight_piece(
     driven: DrivenBody, state: Vector, t: float, longest: float, piece: Vector
 ) -> float:
-    """Fill one piece of slip above the Stribeck layer in closed form; return its length [s]."""
+    """Fill one interval of slip above the Stribeck layer in closed form; return its length [s]."""
     body, drive = driven.body, driven.drive
     start = _acceleration(driven, state, t)
     _, viscous = friction_line(body, state[fb.REGION], state[fb.DIRECTION])

@@ -54,7 +54,7 @@ def _swing(piece: Vector, terms: int, h: float) -> float:
 def slip_event(
     state: Vector, body: Vector, piece: Vector, terms: int, longest: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return time [s] and kind of the first event on a piece of slip, within `longest` [s].
+    """Return time [s] and kind of the first event in an interval of slip, within `longest` [s].
 
     An event occurs when the body stops, reaches an end stop, or reaches the speed at which the
     viscous coefficient changes or the Stribeck layer ends. Without an event the result is (longest,

@@ -61,7 +61,7 @@ class _Slip(NamedTuple):
     """Slip under a constant command.
 
     law (6,): values for friction/stribeck.py, followed by 1 if the motor moves the load, else 0.
-    line: (added, viscous) of the module docstring.
+    line: (c, b) of the viscous friction c + b w at the speed w.
     """
 
     state: Vector

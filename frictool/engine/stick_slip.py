@@ -72,7 +72,7 @@ Extension = ExtendedLaws | None
 
 @kernel
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
-    """Return the allowed number of pieces of motion, which only an endless cycle exceeds.
+    """Return the allowed number of intervals of motion, which only an endless cycle exceeds.
 
     The number grows with `events`, `span` and the fastest rate of the equations of motion. In a
     Stribeck layer without upper speed limit, the number also grows with the rate of the law.

@@ -201,7 +201,7 @@ class BoundedRealInequalities:
         """Return the inequalities for a given gamma, with [R bI; bI S] in place of [R I; I S].
 
         The matrix of each projected inequality must have no eigenvalue below `margin`. The decision
-        vector is (R', S'); if b is None, b is unknown and b/gamma is the last entry.
+        vector is (R/gamma, S/gamma); if b is None, b/gamma is its last entry.
         """
         count = 2 * self.half + (b is None)
         inequalities = [self._coupling(count, None if b is None else b / gamma)]

@@ -75,8 +75,8 @@ class GridSchedule:
 class GriddedSolution:
     """Solution of the gridded synthesis: coefficients x of X(r) and y of Y(r) in their `bases`.
 
-    X and Y solve the inequalities at `gamma` >= `optimum`, the smallest gamma. They are valid for
-    plants in the complex variable p that `frame` defines, and in the state coordinates x = t
+    X and Y solve the inequalities at `gamma` >= `optimum`, the smallest gamma. X and Y are valid
+    for plants in the complex variable p that `frame` defines, and in the state coordinates x = t
     x_balanced.
 
     - motions: corners of the rates (steps in discrete time) in the unit of time of `frame`
@@ -120,7 +120,7 @@ def minimise(family: Family, schedule: GridSchedule, recentring: float) -> Gridd
     The smallest gamma is computed on the grid. X and Y also satisfy the inequalities at the points
     of the finer grid. `family` maps values r_j in [-1, 1] to plants, all continuous or all sampled.
     Raises NoSolutionError if the inequalities are infeasible, if the solver's result violates them,
-    or if they still fail between the points after ROUNDS refinements.
+    or if the inequalities fail between the points after ROUNDS refinements.
     """
     try:
         return _GridSearch(family, schedule, recentring).solution()
@@ -206,11 +206,6 @@ class _GridSearch:
         return GridInequalities(cells, self.bases, self.motions)
 
     def solved(self) -> tuple[Matrix, Matrix, float]:
-        """Return the coefficients of X and of Y at the recentred gamma, and the smallest gamma.
-
-        The last balancing pass defines the state coordinates `t` of X and Y, and the unit `level`
-        of gamma.
-        """
         for k in range(PASSES + 1):
             problem = self.inequalities(self.grid)
             optimum = _optimum(problem)

@@ -78,8 +78,8 @@ class LyapunovPair:
     """Lyapunov blocks R and S in the state coordinates x = t x_balanced.
 
     R and S solve the inequalities at `gamma` for the plants in the complex variable p that `frame`
-    defines. If no pole region was requested, they also solve the inequalities of the plants in s
-    or z. `optimum` is the smallest gamma.
+    defines. Without a pole region, R and S also solve the inequalities of the plants in s or z.
+    `optimum` is the smallest gamma.
     """
 
     r: Matrix

@@ -50,6 +50,9 @@ UNSEEN = 1e-9
 class ObserverMode:
     """Matrices of one mode i in thesis (6.5).
 
+    The estimation error follows e+ = (A_i - L_i C_i) e + Q_i Delta; its weighted value is C-bar_i
+    e.
+
     - a: matrix A_i (n, n)
     - c: matrix C_i (m, n)
     - q: matrix Q_i (n, w)
@@ -148,10 +151,10 @@ def proved_gamma(
     t: Matrix,
     decay: float,
 ) -> float:
-    """Return the smallest gamma for which thesis (6.9) holds; inf if there is none.
+    """Return the smallest bound gamma that thesis (6.9) proves; inf if there is none.
 
-    decay: largest factor on the error per sample. p: P_i of each mode, for states x_p with x = t
-    x_p.
+    gamma bounds |weighted error|/|model error|. decay: largest factor on the error per sample. p:
+    P_i of each mode, for states x_p with x = t x_p.
     """
     if any(
         not np.all(np.isfinite(each)) or np.linalg.eigvalsh(each)[0] <= 0.0 for each in p.values()

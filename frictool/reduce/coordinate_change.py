@@ -60,7 +60,7 @@ class MechanismView:
     axis: Axis
 
     def frame(self, block: str) -> CoordinateFrame:
-        """Return the frame of a block relative to the root; the ground has the ratio 0."""
+        """Return the map from a block's to the root's coordinate; the ground has the ratio 0."""
         axis = self.axis
         if block == GROUND:
             return CoordinateFrame(0.0, 0.0, axis, axis)
@@ -162,7 +162,7 @@ def at_sensor(
 
 
 def sensor_frame(whole: Mechanism, source: str, sensor: str) -> CoordinateFrame:
-    """Return the frame of the sensor's block, relative to the reference block."""
+    """Return the map between the coordinates of the sensor's block and the reference block."""
     return from_reference(whole, source).frame(whole.sensors[sensor].on)
 
 

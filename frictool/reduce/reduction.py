@@ -33,8 +33,8 @@ class ReductionRequest:
     travel : tuple of float or None
         Part (low, high) of the travel for which the model is made, in the coordinate of the sensor
         [rad | m]; None for the whole travel.
-    tolerance : float Largest allowed error of a step: position error divided by the distance
-        travelled.
+    tolerance : float
+        Largest allowed error of a step: position error divided by the distance travelled.
     bench : Bench or None
         Bench document of the model; None to derive it from the mechanism's source and sensor.
     """

@@ -73,7 +73,7 @@ def check_reduction(
     tolerance: float = TOLERANCE,
     progress: Progress = lambda _: None,
 ) -> SimulationCheck:
-    """Simulate the whole mechanism, every step and the model, and compare their positions.
+    """Simulate the mechanism before and after each step, and the model; compare the positions.
 
     final: report of the last step.
 

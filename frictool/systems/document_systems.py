@@ -45,8 +45,9 @@ def controller_system(controller: Controller) -> Lti:
     Returns
     -------
     Lti
-        System sampled at `sample_period_s`, with one input and one output. The input is eta, or the
-        speed error if `linear.input` says so; the output is the drive [A | V].
+        System sampled at `sample_period_s`, with one input and one output. The input is the
+        position error eta, or the speed error if `linear.input` says so; the output is the drive [A
+        | V].
 
     Raises
     ------
@@ -102,14 +103,14 @@ def plant_system(
 
 
 def loop_system(controller: Controller, vertex: str) -> Lti:
-    """Return the loop gain L(z) from eta to the position at one vertex, including the delay.
+    """Return the loop gain L(z) from the error eta to the position at one vertex, with the delay.
 
     The feedback is negative: 1/max |1/(1 + L)| is the modulus margin of the vertex.
 
     Parameters
     ----------
     controller : Controller
-        Controller document with a linear controller whose input is eta.
+        Controller document with a linear controller whose input is the position error eta.
     vertex : str
         Name of a vertex in the controller's verification.
 

@@ -107,8 +107,9 @@ def to_control(system: Lti | Model | Controller) -> Any:
     Parameters
     ----------
     system : Lti, Model or Controller
-        A controller is converted to its sampled linear controller, from eta to the drive [A | V]. A
-        model is converted to its axis in continuous time, from the drive to the position [rad | m].
+        A controller is converted to its sampled linear controller, from the position error eta to
+        the drive [A | V]. A model is converted to its axis in continuous time, from the drive to
+        the position [rad | m].
 
     Returns
     -------

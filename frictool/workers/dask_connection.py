@@ -177,10 +177,7 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
 
 
 def _failure_of_tls(address: str, context: ssl.SSLContext) -> ssl.SSLError | None:
-    """Return the error of a TLS handshake with the scheduler; None if the handshake succeeds.
-
-    Nothing is sent after the handshake, because an answer could overtake the scheduler's alert.
-    """
+    """Return the error of a TLS handshake with the scheduler; None if the handshake succeeds."""
     host, _, port = address.partition("://")[2].rpartition(":")
     try:
         with (
