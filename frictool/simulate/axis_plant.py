@@ -50,23 +50,24 @@ class AxisPlant:
             refuse(
                 names.model,
                 "resonances",
-                f"found resonances of {links}, which a single axis cannot have; simulate the "
-                "mechanism, or the result of `frictool reduce --reduced`",
+                f"found resonances of {links}; allowed for a simulation as one axis: none; "
+                "simulate the mechanism, or the result of `frictool reduce --reduced`",
             )
         for key in ("sources", "duration_s"):
             if getattr(scenario, key):
                 refuse(
                     names.scenario,
                     key,
-                    f"belongs to a mechanism; {names.model} is one axis, which a controller "
-                    "drives: leave the key out",
+                    f"belongs to a mechanism, but {names.model} is one axis with a controller; "
+                    "leave the key out",
                 )
         for key, disturbance in disturbances_of(scenario):
             if disturbance.on is not None:
                 refuse(
                     names.scenario,
                     f"{key}.on",
-                    f"names a block of a mechanism; {names.model} is one axis: leave the key out",
+                    f"names a block of a mechanism, but {names.model} is one axis; "
+                    "leave the key out",
                 )
         if self.model.presliding is not None:
             try:

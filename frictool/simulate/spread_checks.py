@@ -127,7 +127,9 @@ def _check_ends(
                     .removeprefix(f"{names.model} as given: ")
                     .removesuffix("; give another")
                 )
-                problem = f"found {value:g} {span.unit}, with which no plant can be simulated"
+                problem = (
+                    f"found {value:g} {span.unit}; a plant with this value cannot be simulated"
+                )
                 refuse(
                     names.scenario, f"spread.parameters.{parameter}.{end}", f"{problem}: {reason}"
                 )

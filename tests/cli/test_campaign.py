@@ -447,7 +447,7 @@ def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
         ),
         (
             Spread(disturbances=(SpreadDisturbance("step", Span(0, 1, "N m"), on="rotor"),)),
-            ("spread.disturbances[0].on", "model.yaml is one axis: leave the key out"),
+            ("spread.disturbances[0].on", "model.yaml is one axis; leave the key out"),
         ),
     ],
 )
