@@ -27,7 +27,7 @@ COARSEST = 0.1
 def applicable_methods(
     stream: StreamSurvey, kind: str | None, *, known_offset: bool = False
 ) -> dict[str, str | None]:
-    """Return for each method the reason why a log does not suit it; None for a suitable method.
+    """Return for each method the reason why a log does not suit the method, or None.
 
     The key `breakaway` stands for the evaluation of breakaway ramps. `stream` contains statistics
     of the log's signals. `kind` is the detected kind of test, such as "ramp" or "rest". If

@@ -83,11 +83,11 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return an outcome that identifies parameters with an informative interval and refuses others.
+    """Return an outcome in which parameters with an informative interval are identified.
 
-    If a refused interval narrows the range of the parameter in bench.yaml, the outcome contains the
-    intersection of interval and range. `reasons` contains parameters that the method has refused,
-    with the reasons.
+    Other parameters are refused. If a refused interval narrows the range of the parameter in
+    bench.yaml, the outcome contains the intersection of interval and range. `reasons` contains
+    parameters that the method has refused, with the reasons.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})

@@ -45,7 +45,7 @@ class UnitValue:
 class ScatterTest:
     """Result of a chi-squared test of scatter.
 
-    - p: probability of at least this scatter if the intervals explain all of it
+    - p: probability of at least this scatter if the intervals explain the whole scatter
     - beyond: standard deviation of the scatter that the intervals do not explain
     """
 

@@ -1,31 +1,19 @@
-"""Widening of intervals by effects that the model does not include and the residual shows.
+"""Widening of intervals by effects that the model does not include.
 
 An effect that the model lacks leaves the same residual in every stroke. The scatter between strokes
-therefore does not show the resulting error. Nine sources of this error are examined
+therefore does not show the resulting error. Nine possible causes are examined
 (docs/theory/identify_effects.md). The first adds a variance; the others shift the parameters:
 
-1. Residuals that repeat at the same positions, or at the same velocities and signs of the
-   acceleration (`regression/multiway.py`). If only few samples determine viscous friction, as in
-   strokes of one speed, noise of the encoder in the acceleration is added. Equal strokes reverse at
-   the same counts and repeat this noise, so that more strokes do not reduce its variance.
-2. A hypothesis of `explanation_search`, such as a spring, that improves the fit.
-3. Smoothing windows of twice the length. The fit approximates a delay and a resonance to first
-   order. If the fit includes a delay or a resonance, the change with the longest windows is another
-   shift.
-4. An exact delay and an exact lag in place of the approximation, if the fit includes the delay.
-5. An unknown delay that the model does not include, if a regression over windows of twice the
-   length shows a delay, or if the strokes are few. Before the fit, the delay is known to be within
-   half a sample, because effort and position of a row may have been read half a sample apart. If
-   the fitted delay is longer, only the fitted delay is used. A servo feeds noise of the encoder
-   back into the effort, which looks like a delay; longer windows reduce this noise.
-6. The local gain of an eccentric encoder, which changes inertia and viscous friction, if an
-   eccentricity would improve the prediction of strokes left out of the fit.
-7. Windows of twice the length, which reduce noise, if the inertia is hidden by noise (last
-   paragraph).
-8. Higher orders of friction over position, if the fit includes the first orders
-   (`further_orders.py`).
-9. A spring, and viscous friction that differs by direction, which the residual hides, if a part
-   of the residual lasts longer than the smoothing windows (`hidden_effects.py`).
+1. a residual that repeats at the same positions, or at the same velocities and signs of the
+   acceleration (`regression/multiway.py`), and encoder noise that strokes of one speed repeat
+2. a hypothesis of `explanation_search`, such as a spring, that improves the fit
+3. smoothing windows that are too long
+4. a delay or a resonance that the fit approximates to first order
+5. an unknown delay between effort and position that the model does not include
+6. the local gain of an eccentric encoder
+7. encoder noise that hides the inertia (last paragraph)
+8. higher orders of friction over position than the model includes (`further_orders.py`)
+9. a spring, or viscous friction that differs by direction (`hidden_effects.py`)
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, where half is the half width, because effects
@@ -35,7 +23,7 @@ beyond the interval in bench.yaml.
 
 Noise in the acceleration makes the inertia of a regression too small. If the inertia decreases by
 more than the half width of its interval, the inertia is regarded as hidden by noise. The inertia is
-then fixed at its value in the fit or, if the fit has no inertia, in the bench. An inertia from the
+then fixed at the value in the fit or, if the fit has no inertia, in the bench. An inertia from the
 weak form or from means over strokes is fixed in the same way.
 """
 

@@ -26,8 +26,7 @@ def noise_ratio(time_constant: float, period: float) -> float:
 def filter_for(ratio: float, period: float) -> float:
     """Return the time constant [s] of the low-pass that passes the fraction `ratio` of noise power.
 
-    Newton's method solves thesis (4.7). It converges because ratio x - arctan(x) is convex, and
-    positive at the first guess pi/(2 ratio). Raises ValueError unless 0 < ratio < 1.
+    Raises ValueError unless 0 < ratio < 1.
     """
     if not 0.0 < ratio < 1.0:
         raise ValueError(f"ratio is {ratio:g}; allowed: above 0 and below 1")

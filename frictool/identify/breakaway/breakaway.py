@@ -191,8 +191,7 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
 def _wider(full: Interval, mean: Interval) -> Interval:
     """Return `full` with both half widths enlarged to sqrt(full^2 + mean^2).
 
-    Here full and mean are the half widths; that of `mean` includes the uncertainty of the axis
-    parameters.
+    The half width of `mean` includes the uncertainty of the axis parameters.
     """
     down = float(np.hypot(full.half_width, mean.value - mean.low))
     up = float(np.hypot(full.half_width, mean.high - mean.value))

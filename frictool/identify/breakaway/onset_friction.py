@@ -263,8 +263,7 @@ class OnsetData:
     ) -> Vector:
         """Return the friction |effort - offset| (n,) at the onsets [N m | N].
 
-        The assumed rest position is its mean plus `deviations` times its standard deviation
-        (`rest`).
+        The rest position is assumed to be its mean plus `deviations` standard deviations (`rest`).
         """
         offset = axis["offset"] if self.offset is None else self.offset
         mean, deviation = self.rest(axis, shape)

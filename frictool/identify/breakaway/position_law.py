@@ -66,8 +66,7 @@ class BreakawayPositions:
     def design(self, structure: PolynomialOrders) -> Matrix:
         """Return the regressors (n, p) of the friction, first forward, then backward.
 
-        If the polynomial is common, the last column is the direction; its coefficient is the
-        offset.
+        For a common polynomial, the last column is the direction, with the offset as coefficient.
         """
         if structure.common:
             return np.column_stack((legvander(self.scaled, structure.orders[0]), self.direction))

@@ -116,7 +116,7 @@ def read_rate_table(path: Path) -> RateTable:
 def breakaway_over_rate(table: RateTable, confidence: float) -> BreakawayOverRate:
     """Return the breakaway at each rate of a table, and its increase with the rate.
 
-    If a rate has a single breakaway, the scatter of the other rates is assumed. Raises LogError if
+    If a rate has a single breakaway, its scatter is taken from the other rates. Raises LogError if
     every rate has a single breakaway.
     """
     rates, index = np.unique(table.rate, return_inverse=True)

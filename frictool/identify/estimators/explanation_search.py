@@ -7,25 +7,18 @@ offset. The hypotheses are:
 - loads: a spring; on a rotary axis, gravity; harmonics of a ripple over the position, with wave
   numbers from the spectrum of the residual over the position (`position_spectrum`)
 - effects that only disturb the fit (`rows/effects.py`), such as an offset that drifts
-- viscous friction that differs by direction; this search compares it with the other hypotheses but
+- viscous friction that differs by direction; the search compares it with the other hypotheses but
   does not add it, because `structure_selection` decides on it
 
 A fit to one half of the strokes predicts the effort of the other half. The hypothesis with the
 smallest prediction error is used if it passes two tests: the squared prediction errors decrease
 significantly and noticeably, and the parameters of the hypothesis differ significantly from 0
-(`joint_test`).
+(`joint_test`). A load is rejected if an effect predicts the strokes equally well, or if the load no
+longer explains effort with smoothing windows of twice the length. At the end, a hypothesis other
+than a ripple is removed again if the prediction errors increase little without the hypothesis.
 
-A load is rejected in two cases: an effect predicts the strokes equally well, or the load no longer
-explains effort if the smoothing windows are twice as long. Longer windows remove oscillations of a
-compliant transmission, which look like a load over the position if every stroke begins at the same
-position. A ripple is also rejected if a periodic error of the encoder with the same period predicts
-the strokes better.
-
-For friction that changes along the log, the measured temperature is the preferred explanation if it
-passes the tests. At the end, a hypothesis other than a ripple is removed again if the prediction
-errors increase little without the hypothesis. Significant hypotheses that are not used are reported
-as left in the residual. docs/theory/identify_effects.md states the significance levels and the
-limits of the tests.
+Significant hypotheses that are not used are reported as left in the residual.
+docs/theory/identify_effects.md states further conditions and the significance levels.
 """
 
 from __future__ import annotations

@@ -211,10 +211,9 @@ def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:
 
 
 def contradicted(regression: SlidingFit, simulated: SlidingFit) -> str | None:
-    """Return name and interval of the first parameter on which two fits disagree, as text.
+    """Return name and interval of the first parameter on which two fits disagree, as text, or None.
 
-    The value of such a parameter in `regression` lies outside its interval in `simulated`. Return
-    None if the fits agree.
+    Two fits disagree if the value in `regression` lies outside the interval in `simulated`.
     """
     for name in SLIDING:
         regressed, interval = regression.parameters.get(name), simulated.parameters.get(name)

@@ -116,8 +116,7 @@ class PlannedStroke:
 def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
     """Return the information matrix M (p, p) of all strokes, each in both directions.
 
-    Rows and columns are in the order of the columns of `regressors`; the effects are last. Without
-    the rows and columns of the effects, M is the information about an axis without effects.
+    Rows and columns are in the order of the columns of `regressors`.
     """
     total: Vector | None = None
     for stroke in strokes:

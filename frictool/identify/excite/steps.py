@@ -17,7 +17,7 @@ REST = 0.5  # s, pause after each step
 
 
 def steps(limits: BenchLimits, period: float, amplitude: float | None, repetitions: int) -> Motion:
-    """Return position, velocity and acceleration (n,) of steps through LEVELS.
+    """Return position, velocity and acceleration (n,) of steps through the positions LEVELS.
 
     The levels are repeated `repetitions` times. `amplitude` [rad | m] is half the distance between
     the outermost levels.

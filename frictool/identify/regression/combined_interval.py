@@ -24,11 +24,10 @@ TAIL = 9.0  # upper limit of the integral, in units of 1/deviation; e^(-TAIL^2/2
 
 
 def half_width(confidence: float, deviation: float, ranges: Sequence[float]) -> float:
-    """Return the half width of the interval in which a sum of random variables lies.
+    """Return the half width of an interval that contains a sum with the probability `confidence`.
 
-    The sum is in the interval with the probability `confidence`. The sum contains a normal variable
-    with standard deviation `deviation`, and a uniform variable within +-r for each r in `ranges`,
-    all in the same unit.
+    The sum contains a normal variable with standard deviation `deviation`, and a uniform variable
+    within +-r for each r in `ranges`, all in the same unit.
     """
     halves = np.array([abs(r) for r in ranges if r != 0.0])
     total = float(np.sqrt(deviation**2 + np.sum(halves**2) / 3.0))
