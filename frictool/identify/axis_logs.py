@@ -34,7 +34,6 @@ class AxisLogs:
     - ramps: records of breakaway ramps
     - rows: slipping samples of the sliding records
     - kinds: kind of each log, `sliding` or `ramp`; the key is the name of the log
-    - warnings: warnings about the logs
     - unmeasured: reason why a sliding record has no valid measurement of effort or position; None
       if all records have valid measurements
     - drive_off: True if the drive was off in the sliding records (`coast_down.py`)

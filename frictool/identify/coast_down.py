@@ -125,7 +125,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Widen an interval fitted with the inertia `inertia.value` to all values of `inertia`."""
+    """Return the interval `one`, fitted with the value of `inertia`, widened for all its values."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

@@ -36,7 +36,6 @@ USUAL = IdentificationRequest()
 class IdentifiedModel(ResultView):
     """Model of an axis, with the identification result and the records that were used.
 
-    - model: model document
     - result: identified and refused parameters, with reasons
     - records, ramps: records of the arguments `logs` and `ramps` of `identify`
     """

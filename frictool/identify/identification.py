@@ -55,7 +55,6 @@ ORDER = (*PARAMETERS, *CURVE)  # order of parameters in a model and its views
 class Identification(Outcome):
     """Outcome of the identification of one axis, with data for the model and its views.
 
-    - method: method of the fit
     - confidence: confidence of every interval, 0 to 1
     - kinds: log name -> `sliding` or `ramp`
     - warnings: warnings about the logs or the result

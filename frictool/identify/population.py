@@ -92,7 +92,7 @@ class Population:
 
     @property
     def changing(self) -> list[str]:
-        """Return the units whose models cannot have one true value."""
+        """Return the units for which a test rejects that all models have one true value."""
         return [unit for unit, test in self.alone.items() if test.p < self.limit / len(self.alone)]
 
     @property

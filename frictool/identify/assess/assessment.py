@@ -67,9 +67,6 @@ class ParameterAssessment:
 class Assessment(ResultView):
     """Assessment of all parameters of a bench.
 
-    - bench: assessed bench
-    - facts: inputs of the assessment
-    - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
     - drive: shortest times in which the drive can complete 95 % of a position step; None if the

@@ -135,12 +135,12 @@ def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
 
 
 def statistical(facts: AssessmentInputs) -> dict[str, float]:
-    """Return the relative 95 % half width of each parameter by least squares over windows."""
+    """Return each parameter's relative 95 % half width by least squares over smoothing windows."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[0]
 
 
 def best_window(facts: AssessmentInputs) -> int:
-    """Return the length [samples] of the smoothing window that gives the smallest errors."""
+    """Return the length [samples] of the smoothing window with the smallest errors."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[1]
 
 

@@ -243,8 +243,8 @@ def _levels(structure: PolynomialOrders) -> list[Vector]:
 class BreakawayErrors:
     """Errors of the coefficients (p,) of the polynomials of a `BreakawayFit`.
 
-    - ranges: one entry for each axis parameter and for the rest position: changes (p,) of the
-      coefficients if this quantity has the low and the high end of its interval
+    - ranges: for each axis parameter and for the rest position, changes (p,) of the coefficients
+      if the parameter or position is at the low and at the high end of its interval
     - falls: for each allowed Stribeck curve, changes (p,) of the coefficients relative to those for
       the nominal curve
     - half_step: half of the increase of a ramp in one sample, N m | N

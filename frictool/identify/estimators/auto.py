@@ -97,10 +97,10 @@ def _with_simulated_inertia(
 ) -> SlidingFit:
     """Return `fit` with the inertia estimated by output error, which needs no differentiation.
 
-    The simulation does not include disturbing effects; their effort widens the interval of the
-    inertia. The interval is also widened for errors of the simulated position that look like a
-    change of the inertia. The relative half width added for them is the rms position error divided
-    by the rms motion that is due to the inertia.
+    The effort of disturbing effects, which the simulation lacks, widens the interval of the
+    inertia. An error of the simulated position may also look like a change of the inertia. The
+    relative half width added for this is the rms position error divided by the rms motion that is
+    due to the inertia.
 
     `fit` is returned unchanged if this ratio is 1 or more, if the simulation contradicts the
     friction of `fit`, or if the bench has a load.

@@ -216,10 +216,9 @@ class ExplanationSearch:
     def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:
         """Return the regression rows `samples`, reduced to triangular matrices by QR.
 
-        `waves` are the wave numbers [1/rad | 1/m] of the ripples with columns in `samples`. Every
-        fit to the result includes its base columns, which are the columns of the sliding parameters
-        and of the loads that the bench declares. A parameter with a fixed value (`samples.fixed`)
-        has no base column.
+        `waves` are the wave numbers [1/rad | 1/m] of the ripples with columns in `samples`. The
+        base columns, which every fit includes, are those of the sliding parameters without a fixed
+        value, and those of the loads that the bench declares.
         """
         names = parameters_of(samples)[0]
         plain, _, cluster, stroke = reduced(

@@ -66,7 +66,7 @@ class Structure:
     waves: tuple[float, ...] = ()
 
     def load(self, rotary: bool) -> LoadTerms:
-        """Return these terms and an offset as the `load` of a bench."""
+        """Return the terms and an offset as the `load` of a bench."""
         terms = (cast(Term, DECLARED.get(term, term)) for term in self.terms)
         per = 2.0 * np.pi if rotary else 1.0
         cycles = tuple(wave * per / (2.0 * np.pi) for wave in self.waves)

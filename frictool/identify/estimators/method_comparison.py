@@ -260,8 +260,8 @@ def regression_scores(
     - sides: records of each half of the data
     - rows: slipping samples of each half
 
-    A method has no score if it cannot fit one half of the data, or if the friction fitted to a half
-    is negative.
+    A method has no score if one half of the data cannot be fitted, or if the friction fitted to a
+    half is negative.
     """
     scores = []
     declared = bench_with_terms(data.bench, terms) if terms else data.bench

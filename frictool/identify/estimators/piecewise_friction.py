@@ -114,8 +114,8 @@ def fit_pieces(
 ) -> PiecewiseFriction:
     """Return the piecewise linear friction with at most `most` knees.
 
-    A knee is used only if it lowers Schwarz's criterion sufficiently, and if the change of slope at
-    the knee has an interval without 0. The confidence of this interval is `confidence`.
+    A knee is used only if the knee lowers Schwarz's criterion sufficiently, and if 0 is outside the
+    interval of the change of slope at the knee. This interval has the confidence `confidence`.
 
     Raises SingularRegressors if the rows do not determine friction without knees.
     """

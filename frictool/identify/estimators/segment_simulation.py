@@ -190,12 +190,12 @@ class SimulationFit:
 
 
 def failed_residual(segment: RecordSegment) -> float:
-    """Return the residual of a failed simulation of a segment."""
+    """Return the large residual that stands for a failed simulation of a segment."""
     return FAILED * (float(np.ptp(segment.position)) + float(np.ptp(segment.effort)))
 
 
 def motion_size(segments: Sequence[RecordSegment]) -> MotionSize:
-    """Return the size of the motion in all segments."""
+    """Return travel, largest speed and rms effort of the motion in all segments."""
     travel = speed = squares = 0.0
     for segment in segments:
         position, period = segment.position, segment.record.period

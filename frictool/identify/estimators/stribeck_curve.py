@@ -288,7 +288,6 @@ def runs_prevail(records: list[MotionRecord]) -> bool:
 
 
 def _share(rows: list[RunRow], records: list[MotionRecord]) -> float:
-    """Return the share of the moving samples in runs, with the ends in which the speed settles."""
     moving = sum(np.count_nonzero(find_strokes(record).sign) for record in records)
     return sum(row[3] + 2.0 * BLOCK for row in rows) / max(moving, 1)
 

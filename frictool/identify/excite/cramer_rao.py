@@ -75,7 +75,6 @@ class PriorAxis:
     """Axis with a-priori parameters in SI units, for the design of a test.
 
     - backlash: full width of the backlash, rad | m; samples inside the backlash are not used
-    - loads: declared loads
     - middle: middle of the travel and of the strokes, rad | m
     - effects: effects of unknown size, `delay` or `spring`, each of which adds a regressor
     """

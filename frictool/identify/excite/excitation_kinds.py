@@ -40,8 +40,7 @@ class ExcitationSettings:
     - speed: top speed, rad/s | m/s
     - rate: slope of the ramps, A/s | V/s
     - duration: duration of the test, s
-    - repetitions, speeds, harmonics: number of repetitions, number of speeds, and number of
-      harmonics
+    - repetitions, speeds, harmonics: numbers of repetitions, speeds and harmonics
     - seed: seed of the random reversal positions
     - open_loop: True to play every ramp to its top, even if the axis moves
     """

@@ -22,7 +22,6 @@ class ExcitationSequence(ResultView):
 
     - period: sample period, s
     - columns: samples (n,) of each signal by its name, SI units
-    - units: unit of each signal
     - rule: instruction for playing the sequence, as text
     - figures: numbers that describe the test, by name
     """

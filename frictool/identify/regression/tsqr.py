@@ -80,7 +80,6 @@ def triangles(columns: tuple[Vector, ...], weight: Vector, starts: IntVector) ->
 
 
 def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
-    """Yield first group and bounds of the groups, for each set of groups of at most PIECE rows."""
     run = 0
     row = int(starts[0])
     while run < starts.size - 1:

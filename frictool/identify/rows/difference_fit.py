@@ -71,7 +71,7 @@ def differenced(records: list[MotionRecord], time_constant: float) -> tuple[Regr
 
 
 def memory_of(time_constant: float, period: float) -> int:
-    """Return the memory of the filter [samples], which is three time constants."""
+    """Return the number of samples in three time constants, the memory of the filter."""
     return math.ceil(3.0 * time_constant / period)
 
 

@@ -84,7 +84,6 @@ USUAL = ValidationRequest()
 class Validation(ResultView):
     """Measured and simulated signals of an axis, and the errors of the simulation.
 
-    - axis: `rotary` or `linear`
     - loop: `open`, `closed` or `servo`
     - skip: number of samples left out at the start of each gap-free part of the log
     - time: time of each sample, (n,), s
