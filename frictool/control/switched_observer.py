@@ -17,7 +17,7 @@ sign of omega. In mode 0, called stuck, alpha keeps its value.
 
 Limit: the certificate of the thesis, (6.6), assumes that the mode is known. The certificate is not
 valid at samples at which plant and observer are in different modes. Sigma should be some encoder
-steps per period. With a coarse encoder, the speed is below this Sigma during most of the travel,
+steps per period. With a coarse encoder, the speed is then below Sigma during most of the travel,
 and both observers fail (figures: docs/theory/observers.md).
 """
 
@@ -50,8 +50,6 @@ class SlipMode:
 class SwitchedParameters:
     """Parameters of the switched observer, in SI.
 
-    - period: sample period [s]
-    - inertia: inertia J [kg m2 | kg]
     - switch_speed: speed Sigma [rad/s | m/s] below which the axis counts as stuck
     - forward, backward: cells in order of position; the first and the last also apply beyond the
       travel

@@ -120,7 +120,7 @@ def _phase(
     """Return the tuple `phase` (slip_closed_form.py) of a slip that begins at the present state.
 
     If the breakaway equals the Coulomb friction, the initial acceleration is zero up to a rounding
-    error. The error is removed, because it could make the axis stop and break away again.
+    error. The error is removed, because the axis could otherwise stop and break away again.
     """
     settled = direction * (p[ax.CONSTANT] * command - p[ax.OFFSET]) - slip_force(
         0.0, 1.0, coulomb, viscous

@@ -2,7 +2,7 @@
 
     x' = A x + B w,  z = C x + D w    (A, B, C, D) in the convex hull of the loops
 
-If one Lyapunov matrix P solves the bounded-real inequalities of all loops, it proves the bound for
+A Lyapunov matrix P that solves the bounded-real inequalities of all loops proves the bound for
 their hull (Boyd et al., 1994). In discrete time a Schur complement keeps A' P A linear:
 
     [-P  A'P  0  C'; P A  -P  P B  0; 0  B'P  -gamma  D'; C  0  D  -gamma] < 0.

@@ -6,10 +6,10 @@ rates are unbounded and X and Y constant, this is theorem 5.3.1; if the grid has
 problem is LTI.
 
 A grid proves nothing between its points. After each solution the inequalities are evaluated on a
-finer grid with an offset, and the points at which they fail join the grid. This is evidence, not a
-proof for every r. The controller at each r is therefore verified by the norms of its closed loops.
-A grid point may have several plants (vertices of parameters on which X and Y do not depend). The
-inequalities then hold for every plant in the convex hull of these plants.
+finer grid with an offset, and the points at which the inequalities fail join the grid. This is
+evidence, not a proof for every r. The controller at each r is therefore verified by the norms of
+its closed loops. A grid point may have several plants (vertices of parameters on which X and Y do
+not depend). The inequalities then hold for every plant in the convex hull of these plants.
 """
 
 from __future__ import annotations

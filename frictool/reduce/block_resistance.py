@@ -27,7 +27,6 @@ class SpeedDependentFriction:
     drop: breakaway minus Coulomb friction [N m | N]; at speed v, the friction in slip is the
         Coulomb friction plus drop exp(-(v/velocity)^exponent).
     viscous: coefficient of viscous friction [N m s/rad | N s/m].
-    law: name of the friction law.
     """
 
     drop: float

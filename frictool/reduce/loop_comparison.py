@@ -1,9 +1,9 @@
-"""Comparison of the whole mechanism with its one-inertia model, under the same control.
+"""Comparison of a mechanism with its one-inertia model, with the same controller and reference.
 
-The controller and the reference are the same. A hold is a phase of constant reference. The allowed
-difference of the positions is the backlash plus the larger of two values: `tolerance` times the
-last step of the reference, and one encoder step. The allowed difference of the response times is
-the larger of `tolerance` times the response time of the whole mechanism, and one sample period.
+The allowed difference of the positions is the backlash plus the larger of two values: `tolerance`
+times the last step of the reference, and one encoder step. The allowed difference of the response
+times is the larger of `tolerance` times the response time of the whole mechanism, and one sample
+period.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ class LoopStep:
 
     time: start of the hold [s].
     origin, target: reference before and during the hold [rad | m].
-    distance: largest difference of the two positions during the hold [rad | m].
-    at_the_end: difference of the two positions at the end of the hold [rad | m].
+    distance: largest position difference of mechanism and model during the hold [rad | m].
+    at_the_end: position difference of mechanism and model at the end of the hold [rad | m].
     whole_s, reduced_s: response times [s] of the whole mechanism and of the one-inertia model.
     allowed: largest allowed difference of the positions [rad | m].
     """

@@ -89,7 +89,6 @@ class OneInertia:
 
     inertia: inertia or mass of all blocks.
     inner: inertia or mass that moves while the backlash is open.
-    viscous: coefficient of viscous friction.
     residual: law of the part of the load that the friction curves do not include.
     inside: Coulomb friction while the backlash is open.
     positions: positions (n,) at which the curves of friction are evaluated.

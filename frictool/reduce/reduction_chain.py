@@ -38,7 +38,6 @@ class ReductionChain:
     """Chain of the steps of a reduction.
 
     whole: mechanism before the first step.
-    steps: completed steps in order.
     one: one-inertia model of the mechanism after the last step.
     source, sensor: names of the source and the sensor that the controller uses.
     kept: names of the links that are still compliant after the last step.

@@ -76,8 +76,7 @@ def fit_residual_load(
     FITS. If there is none, the result is the acceptable law with the smallest error of the
     polynomials.
 
-    x: positions (n,).
-    resistance: resistance at x in the two directions.
+    resistance: resistance at the positions x (n,) in the two directions.
     turns: likely angular wave numbers of the harmonic.
     misses: function that returns the error of the friction's polynomials for a law.
     known: angular wave number in the law of the same mechanism with other parameter values; 0 if

@@ -39,7 +39,6 @@ class SimulationCheck:
 
     reports: reports of all steps, with measured errors; the last step gives one inertia.
     play: backlash at the sensor [rad | m].
-    runs: number of test runs.
     unit: unit of positions at the sensor.
     refused: message on the first error that is too large; None if the check passed.
     """

@@ -23,7 +23,7 @@ from frictool.typing import Vector
 
 
 class RecordedRun(NamedTuple):
-    """Inputs of a controller in a simulated run; the controller's program can run on them again.
+    """Inputs of a controller in a simulated run, with which its program can be run again.
 
     `running`: program in the number format of the run. `reference` (n,) [rad | m]. `record` (n, 7):
     columns of engine/closed_loop.py. `step`: encoder step [rad | m]. `known`: node index of a

@@ -33,7 +33,7 @@ class FileDescription:
 
     path: absolute path of the file or folder.
     parts: name, relative to the folder, and SHA-256 of each file.
-    size: total size of the files in bytes.
+    size: total size in bytes.
     content: bytes of each file; empty if only the description is sent.
     """
 

@@ -2,8 +2,8 @@
 
 The axis starts at 8 % of the travel and steps to 88, 8, 56 and 24 %, as in thesis 5.4.1 (5, 55, 5,
 35 and 15 rad of 63 rad). Each step lasts 5 response times. The last step is longer if `rest` or
-`limit_cycle` is specified: by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, by the larger
-of the two for both.
+`limit_cycle` is specified: by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, and by the
+longer time for both.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ class MetricInfluence:
 
     @property
     def rest_of_ranks(self) -> float | None:
-        """Return the share of the variance of the ranks that no factor in `named` explains."""
+        """Return the share of the metric's rank variance that no factor in `named` explains."""
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].of_ranks) for i in self.named))
             if self.shares

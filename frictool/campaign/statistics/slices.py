@@ -18,7 +18,6 @@ class Slices:
     """Assignment of draws to slices.
 
     `of` (n,): index of the slice of each draw, 0 to count - 1; no slice is empty.
-    `count`: number of slices.
     """
 
     of: IntVector

@@ -32,7 +32,6 @@ BEST, LEARNING = 0.2, 0.1  # p and c of JADE
 class SearchResult(NamedTuple):
     """Result of a worst-case search.
 
-    `name`: name of the metric.
     `value`: worst value of the metric in the search.
     `drawn`: worst value of the metric in the draws.
     `unit` (d,): worst point in the unit cube.

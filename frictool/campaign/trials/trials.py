@@ -35,7 +35,6 @@ class MetricLimit:
 class TrialResult(NamedTuple):
     """Result of the trial of one draw.
 
-    `draw`: index of the draw.
     `metric_values`, `met` (m,): values and outcomes of the m metrics, as in a row of Trials.
     `failed`: reason why the draw could not be simulated; "" if the draw was simulated.
     """

@@ -30,7 +30,6 @@ class SearchTask(NamedTuple):
     `noise`: index of the worst draw; every run of the search has the noise of this draw.
     `starts` (k, d): values of the d factors, 0 to 1, in the k worst draws.
     `evaluations`: largest number of plants to try.
-    `draws`: number of draws.
     """
 
     name: str

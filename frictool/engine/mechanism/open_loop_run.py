@@ -24,8 +24,8 @@ class MechanismRun:
     """Result of a run at the `times` (m,); the first sample is the initial state.
 
     status: code of engine/status_codes.py. Values after `reached` [s] are NaN. events: rows of
-    engine/mechanism/events.py. happened: number of all events; if it exceeds the number of rows,
-    the last events are missing in `events`.
+    engine/mechanism/events.py. happened: number of all events, including those for which `events`
+    has no row.
     """
 
     status: int
