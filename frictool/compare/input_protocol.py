@@ -61,10 +61,7 @@ def limit_cycle(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def drift(scales: UnitScales) -> tuple[Segment, ...]:
-    """Return the input of the drift test: a peak above breakaway, then a wave.
-
-    The wave stays below the Coulomb friction.
-    """
+    """Return the drift input: a peak above breakaway, then a wave below the Coulomb friction."""
     force = scales.force
     time = scales.time
     peak = scales.breakaway + ABOVE_BREAKAWAY

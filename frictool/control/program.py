@@ -211,10 +211,7 @@ class Program:
         return self.node("select", condition, then, otherwise)
 
     def polynomial(self, x: ProgramNode, coefficients: Sequence[ProgramNode]) -> ProgramNode:
-        """Return the value of a polynomial at x, by Horner's rule.
-
-        coefficients: coefficients of the powers of x, lowest power first.
-        """
+        """Return the value of a polynomial at x; `coefficients`: lowest power first."""
         total = coefficients[-1]
         for coefficient in reversed(coefficients[:-1]):
             total = total * x + coefficient

@@ -37,10 +37,7 @@ class ServoMemory(NamedTuple):
 def servo_effort(
     servo: Vector, memory: ServoMemory, reference: float, measured: float, period: float
 ) -> tuple[float, ServoMemory]:
-    """Return the effort [N m | N] of the bench's position loop, and the loop's next state.
-
-    servo (5,): array of a `PositionServo`.
-    """
+    """Return the effort [N m | N] of the bench's position loop, and the loop's next state."""
     rate = (
         servo[REFERENCE_RATE] * (reference - memory.reference) - (measured - memory.measured)
     ) / period

@@ -99,10 +99,7 @@ def run(
 
 @inner_kernel
 def encoder_reading(axis: Vector, state: Vector, last: float, conditions: Vector, k: int) -> float:
-    """Return the encoder's reading [rad | m] at sample k.
-
-    last: reading at sample k - 1, which a stuck encoder repeats.
-    """
+    """Return the encoder's reading [rad | m] at sample k; a stuck encoder repeats `last`."""
     reported = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
     return (
         faulty(reported, axis[ax.ENCODER_STEP], last, conditions[k])

@@ -76,10 +76,7 @@ def extremes(values: Vector) -> tuple[float, float]:
 
 @kernel
 def impose(axis: Vector, p: Vector, row: Vector) -> None:
-    """Write the parameters `axis` (plant/axis.py), changed by the conditions `row` (8,), to `p`.
-
-    `axis` and `p` have the same length.
-    """
+    """Write the parameters `axis` (plant/axis.py), changed by the conditions `row` (8,), to `p`."""
     friction, viscous = row[FRICTION], row[VISCOUS_FACTOR]
     p[ax.COULOMB], p[ax.BREAKAWAY] = friction * axis[ax.COULOMB], friction * axis[ax.BREAKAWAY]
     p[ax.BACKLASH_COULOMB] = friction * axis[ax.BACKLASH_COULOMB]

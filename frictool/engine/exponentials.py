@@ -62,10 +62,7 @@ def convolved(a: float, b: float, t: float) -> float:
 
 @kernel
 def convolved_integral(a: float, b: float, t: float) -> float:
-    """Return int_0^t convolved(a, b, s) ds [s^2].
-
-    The result is t^2 times the divided difference of phi1 at -a t and -b t.
-    """
+    """Return int_0^t convolved(a, b, s) ds [s^2]."""
     p, q = -a * t, -b * t
     gap = q - p
     if abs(gap) > NEAR * max(1.0, abs(p)):

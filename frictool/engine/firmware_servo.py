@@ -38,10 +38,7 @@ def limited_profile(goal: Vector, start: float, largest: float) -> Vector:
 
 
 def profile_of(goal: Vector, law: FirmwareLaw, period: float) -> Vector:
-    """Return the position profile (n s,) [rad] of a goal (n,), with s firmware periods per sample.
-
-    The profile depends continuously on the delay of the firmware.
-    """
+    """Return the profile (n s,) [rad] of a goal (n,), with s firmware periods per sample."""
     steps = law.steps(period)
     times = np.arange(goal.size * steps) / steps
     goals = np.interp(times, np.arange(goal.size), goal)

@@ -267,10 +267,7 @@ def run_band(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate as `run_hybrid` does, with a law for which abs(velocity) <= band(p) is rest.
-
-    Thesis (2.32) and (2.35)-(2.36) define these laws.
-    """
+    """Simulate as `run_hybrid` does, with a law for which abs(velocity) <= band(p) is rest."""
     steps = round((ends[-1] - start) / step)
     segment = 0
     filled = 0

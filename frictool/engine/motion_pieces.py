@@ -81,10 +81,7 @@ def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
 
 @kernel
 def gross(state: Vector, t: float, drive: Vector) -> float:
-    """Return the sum of the magnitudes of the effort's terms, the scale of its rounding errors.
-
-    The sum includes the effect of the rounding of t.
-    """
+    """Return the sum of the magnitudes of the effort's terms, the scale of its rounding errors."""
     distance: float = (
         abs(state[fb.POSITION]) + abs(drive[dr.TARGET]) + abs(drive[dr.TARGET_SPEED] * t)
     )

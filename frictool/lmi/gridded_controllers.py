@@ -116,10 +116,7 @@ class _ScheduledPlant:
         return np.asarray(c), np.asarray(b), np.asarray(first + e @ c), np.asarray(second + f @ b.T)
 
     def holds(self, small: float) -> bool:
-        """Return True if the inequalities in C^ and B^ hold for the regularising weight `small`.
-
-        The inequality in B^ must hold for all extreme rates of the parameters.
-        """
+        """Return True if the inequalities in C^ and B^ hold for the regularising weight `small`."""
         p = self.plant
         c, b, first, second = self.hats(small)
         flow_x = p.a @ self.x + p.b2 @ c

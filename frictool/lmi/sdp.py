@@ -72,10 +72,7 @@ def upper_triangle(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def assemble(constraint: Affine, count: int) -> AffineConstraint:
-    """Return an affine matrix function as a constraint, from its values at 0 and the unit vectors.
-
-    count: number of unknowns.
-    """
+    """Return an affine matrix function of `count` unknowns as an AffineConstraint."""
     base, *moved = constraint(np.vstack([np.zeros(count), np.eye(count)]))
     rows, columns = upper_triangle(len(base))
     return AffineConstraint(base, (np.array(moved) - base)[:, rows, columns].T)

@@ -330,10 +330,7 @@ def _nothing(decay: float, t: Matrix) -> SwitchedGains:
 
 
 def state_units(modes: Mapping[int, ObserverMode]) -> Matrix:
-    """Return a diagonal scaling of the states for which the couplings in A are of order one.
-
-    The scaling is a least-squares fit of logarithms over all modes.
-    """
+    """Return a diagonal scaling of the states for which the couplings in A are of order one."""
     coupling = np.max(
         [np.abs(mode.a - np.diag(np.diag(mode.a))) for mode in modes.values()], axis=0
     )

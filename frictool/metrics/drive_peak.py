@@ -9,18 +9,12 @@ from frictool.typing import Vector
 
 
 def drive_peak(measured: Vector) -> float:
-    """Return the peak [A | V] of a measured drive (n,), reduced by the peak of its noise.
-
-    The result is at least 0.
-    """
+    """Return the peak [A | V] of a measured drive (n,) minus the peak of its noise, at least 0."""
     return max(0.0, float(np.abs(measured).max()) - noise_floor(measured))
 
 
 def command_peak(command: Vector) -> float:
-    """Return the largest |command| [A | V] of the samples (n,).
-
-    Nothing is subtracted, because a command has no measurement noise.
-    """
+    """Return the largest |command| [A | V] of the samples (n,)."""
     return float(np.abs(command).max())
 
 

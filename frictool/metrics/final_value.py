@@ -15,9 +15,6 @@ def tail_samples(count: int) -> int:
 
 
 def final_value(position: Vector) -> float:
-    """Return the mean [rad or m] of the last tenth of the positions (n,) of a hold.
-
-    The mean contains at least ten samples.
-    """
+    """Return the mean [rad or m] of the last tenth (at least ten) of a hold's positions (n,)."""
     tail = position[-tail_samples(position.size) :]
     return float(np.add.reduce(tail) / tail.size)  # equal to np.mean

@@ -32,10 +32,7 @@ def load_bounds(position: Vector, backlash: float, unsure: float) -> tuple[Vecto
 
 
 def load_static_error(load: tuple[Vector, Vector], target: float) -> tuple[float, float]:
-    """Return (lower, upper) bound of the load's static error [rad or m].
-
-    `load`: lower and upper bound (n,) of the load's position.
-    """
+    """Return (lower, upper) bound of the static error [rad or m]; `load`: from `load_bounds`."""
     low, high = map(final_value, load)
     errors = abs(target - low), abs(target - high)
     return 0.0 if low <= target <= high else min(errors), max(errors)

@@ -138,10 +138,7 @@ class CoordinateFrame:
         return Stop(on, ends[0], ends[1], stop.restitution, self.compliance(stop.compliance))
 
     def friction(self, friction: FrictionOf, on: str) -> FrictionOf:
-        """Convert a friction element to the frame's coordinate.
-
-        Each parameter is multiplied by a power of |ratio| (POWERS).
-        """
+        """Convert a friction element: multiply each parameter by a power of |ratio| (POWERS)."""
         law = LAWS[friction.law]
         sizes = si_parameters(on, friction, self.block_axis)
         parameters = {}
@@ -170,10 +167,7 @@ class CoordinateFrame:
         return msgspec.structs.replace(source, on=on, constant=constant, effort=effort, limit=limit)
 
     def sensor(self, sensor: Sensor, on: str) -> Sensor:
-        """Convert the sensor's resolution to the frame's coordinate.
-
-        The resolution has no sign, so that the sign of the ratio has no effect.
-        """
+        """Convert the sensor's resolution, which has no sign, to the frame's coordinate."""
         step = sensor.step
         if sensor.counts_per_revolution is not None:
             step = Quantity(TURN / sensor.counts_per_revolution, unit="rad")

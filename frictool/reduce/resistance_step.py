@@ -163,10 +163,7 @@ def _unchanged(directed: DirectedResistance, largest: float) -> str:
 
 
 def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Return a text for each link in `names` whose friction law has internal states.
-
-    The resistance curves neglect these states.
-    """
+    """Return a text for each link in `names` with a friction law whose states are neglected."""
     links = [(name, mechanism.links[name]) for name in names]
     return [
         f"presliding and memory of {name} ({link.law})"

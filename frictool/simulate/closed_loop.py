@@ -382,10 +382,7 @@ def _known_values(
 
 
 def scheduled(controller: Controller, program: Program) -> dict[str, int]:
-    """Return the mapping from the name of a scheduled parameter to its node index in the program.
-
-    The mapping is empty if the controller has no gain schedule.
-    """
+    """Return {name of a scheduled parameter: node index}, empty without a gain schedule."""
     names = controller.schedule.parameters if controller.schedule is not None else ()
     return {str(name): program.states[name].index for name in names if name in program.states}
 

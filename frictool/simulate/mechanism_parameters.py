@@ -28,10 +28,7 @@ def ranges(document: Mechanism) -> dict[str, VariedParameter]:
 
 
 def with_quantities(document: Mechanism, values: Mapping[str, float]) -> Mechanism:
-    """Return a copy of the document in which the quantities `values` (key -> number) are replaced.
-
-    The numbers are in the units of the document.
-    """
+    """Return a copy of the document with `values` (key -> number in the document's unit)."""
     made: Mechanism = _changed(document, values, "")
     return made
 

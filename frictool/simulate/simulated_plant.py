@@ -147,10 +147,7 @@ class SimulatedPlant(Protocol[V]):
         """
 
     def linear(self, variant: V, conditions: Vector) -> LoggedPlant | None:
-        """Return the linear plant of a variant, for stability margins; None for a mechanism.
-
-        conditions: disturbances, drifts and sensor faults (n, 8).
-        """
+        """Return a variant's linear plant for stability margins; None for a mechanism."""
 
     def intervals(self, scenario: Scenario) -> Mapping[str, tuple[float, float]]:
         """Return the parameter intervals [SI] for which a controller must be verified.

@@ -30,10 +30,7 @@ def check_spread(
     seconds: float,
     names: DocumentNames,
 ) -> None:
-    """Raise DocumentError for the first key of `spread` that does not fit plant and scenario.
-
-    seconds: duration of the scenario [s].
-    """
+    """Raise DocumentError for the first key of `spread` that does not fit plant and scenario."""
     spread = scenario.spread or Spread()
     rig = plant.rig
     name = names.scenario

@@ -36,10 +36,7 @@ DEPTH = 10  # nested causes of an exception that are examined
 
 @contextlib.contextmanager
 def connect(address: str) -> Iterator[Any]:
-    """Yield a client of the scheduler; suppress Dask's log messages.
-
-    Raises ClusterError if the scheduler cannot be used.
-    """
+    """Yield a client of the scheduler without Dask's log messages; may raise ClusterError."""
     if not ADDRESS.fullmatch(address):
         raise ClusterError(
             f"{address!r} is not the address of a Dask scheduler; "

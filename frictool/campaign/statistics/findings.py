@@ -69,10 +69,7 @@ class Findings:
 
     @property
     def passed(self) -> bool:
-        """Return True if the campaign passes.
-
-        A campaign passes if every requirement is decided and `reached` is True.
-        """
+        """Return True if every requirement is decided and `reached` is True."""
         return self.outcome == "PASS"
 
     def acceptable(self, allow_undecided: bool) -> bool:

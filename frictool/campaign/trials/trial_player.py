@@ -119,10 +119,7 @@ class TrialPlayer(ScenarioJudge):
         return self.played(np.array(unit), draw)
 
     def scenario(self, unit: Vector, noise: int) -> Scenario:
-        """Return the scenario at the point `unit` (d,) of the unit cube.
-
-        `noise`: index of the draw whose noise is used.
-        """
+        """Return the scenario at `unit` (d,) in the unit cube, with the noise of draw `noise`."""
         values = self.space.values(unit[None, :])[0]
         return scenario_of(
             self.setting.scenario,

@@ -32,10 +32,7 @@ def function_type(result: Any, *arguments: Any) -> Any:
 
 
 def call_by_address(kind: Any) -> Callable[..., Any]:
-    """Return a numba intrinsic f(address, *arguments) that calls the kernel at an address.
-
-    kind: type of the kernel (`function_type`).
-    """
+    """Return a numba function f(address, *arguments) that calls a kernel of the type `kind`."""
     called = kind.signature
 
     def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:

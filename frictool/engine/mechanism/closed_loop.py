@@ -112,10 +112,7 @@ class MechanismRecord(NamedTuple):
 def flowing(
     machine: CompiledMechanism, state: MechanismState, source: int, command: float
 ) -> float:
-    """Return the present drive of a source [A | V | N m | N] under `command`.
-
-    Without a lag the drive is the limited command.
-    """
+    """Return the present drive of a source; without a lag, this is the limited `command`."""
     k, p = machine.whole, machine.numbers
     low, high = source_limits(k, p, source, state.y)
     return float(
@@ -130,10 +127,7 @@ def flowing(
 def encoder_reading(
     sight: ControlPorts, state: MechanismState, last: float, conditions: Vector, k: int
 ) -> float:
-    """Return the encoder's reading [rad | m] at sample k.
-
-    last: reading at sample k - 1, which a stuck encoder repeats.
-    """
+    """Return the encoder's reading [rad | m] at sample k; a stuck encoder repeats `last`."""
     reported = measure(state.y[sight.sensor], sight.step)
     return (
         faulty(reported, sight.step, last, conditions[k]) if conditions.shape[0] > 0 else reported

@@ -122,10 +122,7 @@ def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: 
 
 @part_kernel
 def switch(machine: CompiledMechanism, state: MechanismState) -> int:
-    """Set the modes of fixed-step laws for the next step from the last efforts on the blocks.
-
-    Returns a status of friction/status_codes.py.
-    """
+    """Set the modes of fixed-step laws from the last efforts on the blocks; return a status."""
     k, p, laws = machine
     y = state.y
     modes = state.modes

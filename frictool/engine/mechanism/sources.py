@@ -11,10 +11,7 @@ from frictool.typing import IntVector, Vector
 
 @bare_kernel
 def source_limits(k: IntVector, p: Vector, source: int, y: Vector) -> tuple[float, float]:
-    """Return the lowest and highest drive that the drive limit and the winding of a source allow.
-
-    The limit of a winding depends on the speed.
-    """
+    """Return the lowest and highest drive that the limit and the winding of a source allow."""
     row = ly.source_row(k, source)
     speed = y[k[ly.BLOCKS] + ly.source_block(k, source)]
     low = -ly.limit(p, row)
