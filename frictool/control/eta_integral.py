@@ -23,8 +23,8 @@ def next_eta(
     - increment: speed reference times the sample period
     - motion: change of the position since the last sample
     - limited: -1 or +1 if the last drive was at its lower or upper limit, else 0
-    - resting: node that is true in the mode REST of the rest band; eta then restarts from 0 at the
-      next sample
+    - resting: node that is true while the drive is off near the target (mode REST); eta then
+      restarts from 0 at the next sample
     - bound: largest |eta|
     """
     program.block(

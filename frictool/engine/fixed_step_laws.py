@@ -267,7 +267,7 @@ def run_band(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate as `run_hybrid` does, with a law for which abs(velocity) <= band(p) is rest."""
+    """Simulate as `run_hybrid` does, with a law that treats |velocity| <= band(p) as rest."""
     steps = round((ends[-1] - start) / step)
     segment = 0
     filled = 0

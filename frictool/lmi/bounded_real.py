@@ -138,7 +138,7 @@ class BoundedRealInequalities:
     """Bounded-real inequalities of several plants with common Lyapunov blocks R and S.
 
     The plants must have the same state coordinates. Decision vectors begin with the upper triangles
-    of R' = R/gamma and S' = S/gamma (module docstring).
+    of R/gamma and S/gamma.
     """
 
     def __init__(self, plants: Sequence[GeneralisedPlant]) -> None:

@@ -104,7 +104,6 @@ class _ScheduledPlant:
         )
 
     def hats(self, small: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:
-        """Return C^, B^, L1, L2 of the module docstring for the regularising weight e = `small`."""
         p = self.plant
         e = self.e
         f = self.f

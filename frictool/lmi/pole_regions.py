@@ -119,8 +119,8 @@ def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> Tran
 def refuse_fixed_modes(framed: Sequence[GeneralisedPlant], frame: TransformVariable) -> None:
     """Raise NoSolutionError if a pole lies outside the region and feedback cannot move it.
 
-    An example is the pole of a weight. `framed`: plants as functions of p (module docstring), with
-    states of similar size.
+    An example is the pole of a weight. `framed`: plants as functions of p, the variable of `frame`,
+    with states of similar size.
     """
     for plant in framed:
         identity = np.eye(len(plant.a))

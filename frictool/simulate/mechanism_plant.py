@@ -192,7 +192,7 @@ def sight_of(
 def run_of(
     moved: MechanismOutcome, channels: MechanismChannels, warnings: Sequence[str]
 ) -> VariantRun:
-    """Return the result of a simulated variant for `SimulatedPlant.play`, with `/mechanism`."""
+    """Return the result of a variant for `SimulatedPlant.play`, with the stream `/mechanism`."""
     stream = channels.stream(moved.variant, moved.out.motion, moved.out.modes)
     return VariantRun(
         moved.out.record, (stream,), (*warnings_of(moved), *warnings), metadata_of(moved)

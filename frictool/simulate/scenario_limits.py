@@ -76,7 +76,7 @@ def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> N
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
-    """Raise DocumentError for an event after the end, a fault within one sample, or a fast sine.
+    """Raise DocumentError for an event after the end, a too short fault, or a too fast sine.
 
     seconds: duration of the scenario [s]. period: sample period [s].
     """

@@ -23,9 +23,10 @@ from frictool.typing import IntVector, Vector
 class EnergyBalance(NamedTuple):
     """Energies of a mechanism [J].
 
-    stored: energy in couplings (0 if unstrained) and in pushes (0 at position 0, or at the first
-    point of a curve). put_in: work of sources and external efforts. lost: work that all other
-    elements absorb, minus the work that they return.
+    stored: energy in couplings (0 if unstrained) and in pushes, which are constant or
+    position-dependent efforts (0 at position 0, or at the first point of a curve). put_in: work of
+    sources and external efforts. lost: work that all other elements absorb, minus the work that
+    they return.
     """
 
     kinetic: float

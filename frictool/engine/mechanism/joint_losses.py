@@ -48,7 +48,7 @@ def kink_of(p: Vector, row: int, driven: float) -> float:
 
 @bare_kernel
 def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
-    """Return d(force at end a)/d(force at end b) on one side of the kink.
+    """Return d(force at end a)/d(force at end b) on one side of the kink of the loss.
 
     direction: direction of motion of end a. above: True for the side with the larger force at end
     b.

@@ -5,10 +5,10 @@ The method is RODAS of engine/rosenbrock.py, with a dense Jacobian J:
     W k_i = f(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij k_j/h + h d_i f_t
     W = I/(gamma h) - J
 
-J is computed by differences, without the springs and dampers of the links. Their derivatives are
-then added analytically, because differences of their large forces would be inaccurate. The work of
-the elements is integrated with the same stages. The method is L-stable: after the deflection of a
-stiff, damped link has settled, only the motion limits the step length.
+J is computed by differences, without the springs and dampers of the links. The derivatives of
+spring and damper forces are added analytically, because differences of these large forces would be
+inaccurate. The work of the elements is integrated with the same stages. The method is L-stable:
+after the deflection of a stiff, damped link has settled, only the motion limits the step length.
 """
 
 from __future__ import annotations
