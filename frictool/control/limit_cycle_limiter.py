@@ -13,10 +13,10 @@ starts. While the drive is released, the integrator keeps its value; the other s
 controller are updated as usual.
 
 Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
-0. The derivative (5.12) has no definite sign: boundedness and rest are proved, but no Lyapunov
-decrease. delta_e should be at least one encoder step, and above |e| dF'/F' for the largest error
-dF' of the friction. v_r should be some encoder steps per time constant of the speed filter, such as
-0.01 m/s on the mass of table 5.1.
+0. Boundedness and rest are proved, but not stability, because the derivative (5.12) of the Lyapunov
+function has no definite sign. delta_e should be at least one encoder step, and above |e| dF'/F' for
+the largest error dF' of the friction. v_r should be some encoder steps per time constant of the
+speed filter, such as 0.01 m/s on the mass of table 5.1.
 """
 
 from __future__ import annotations

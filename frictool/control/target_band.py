@@ -15,10 +15,10 @@ drive would be cut during a move whenever the axis follows the filtered referenc
 action `cut` enters REST immediately; the action `brake` first brings the measured speed below
 `rest_speed`. The mode is RUN again when the error leaves the band or the prefilter moves.
 
-Property: the motion is bounded and ends at rest. Stability is not proved, because the derivative in
-(5.12) of the thesis has no definite sign. The band should be above two encoder steps, and above the
-distance in which friction stops the axis after the band begins to act. With `cut` and a small band,
-the axis hunts at low friction.
+Property: the motion is bounded and ends at rest. Stability is not proved, because the derivative of
+the Lyapunov function in (5.12) of the thesis has no definite sign. The band should be above two
+encoder steps, and above the distance in which friction stops the axis after the band begins to act.
+With `cut` and a small band, the axis hunts at low friction.
 """
 
 from __future__ import annotations

@@ -2,8 +2,9 @@
 
 The functions correspond to those of slip_events.py, but use a larger state:
 
-    state (8,) state of engine/body.py, then the lagged velocity of the lubricant film, the time
-                 at rest, the number of knees of the viscous friction below the speed
+    state (8,)   the state (5,) of engine/body.py, the lagged velocity of the lubricant film, the
+                 time at rest, and the number of knees (speeds at which the viscous coefficient
+                 changes) below the speed
 
 During a rest, the time at rest is measured from the stop, or from the start of a run that begins at
 rest. During a slip, the time at rest is the duration of the last rest. A pure delay of the film is

@@ -7,10 +7,10 @@
 
 Between events all modes are constant and the rates smooth. The motion is integrated by the
 Dormand-Prince method 8(5,3) with error control, or by implicit steps if a link is stiff
-(stiff_step.py). A guard (mode_guards.py) measures how far a mode is
-from its end. If a guard falls to its limit within a step, the step ends at this instant, which is
-located to rounding on the step's dense output. Then the modes are determined again. If nothing
-moves and all drives are steady, the remaining duration is skipped.
+(stiff_step.py). A guard (mode_guards.py) measures how far a mode is from its end. If a guard falls
+to its limit within a step, the step ends at this instant, which is located to rounding on the
+step's dense output. Then the modes are determined again. If nothing moves and all drives are
+steady, the remaining duration is skipped.
 """
 
 from __future__ import annotations
