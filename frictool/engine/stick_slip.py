@@ -8,7 +8,7 @@ The simulation is exact to rounding, except at low speed, in the Stribeck layer 
     above the layer    power series, exact to rounding, with Coulomb and viscous friction of fixed
                        sign (engine/power_series.py)
 
-The direction is fixed within an interval of slip: no integrator ever evaluates sign(v). Rules prevent
+The direction is fixed within an interval of slip: no integrator evaluates sign(v). Rules prevent
 endless cycles:
 
 - An effort that equals the breakaway threshold to rounding breaks the body away only if the effort
