@@ -51,6 +51,7 @@ FEW_ROWS = 0.2
 MOST_EFFECTS = 4  # largest number of effects that are added to the model
 FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
 DELAY = "delay"
+RESONANCE = "resonance"
 SCALED = ("inertia", "viscous")  # parameters that a wrong gain of the encoder scales
 # largest rms effort of the effects relative to the rms effort; an effect that resembles inertia or
 # friction could otherwise be fitted with any effort
@@ -259,6 +260,22 @@ class EffectRegression:
             {name: delay.value * one for name, one in rates.items()},
             scatter={name: delay.half_width * abs(one) for name, one in rates.items()},
         )
+
+    def resonant_inertia(self) -> Interval | None:
+        """Return the inertia if the model also includes a resonance, or None if none is shown.
+
+        A resonance is shown if its coefficient differs significantly from 0 and is negative: the
+        load behind a spring increases the reflected inertia.
+        """
+        one = next((one for one in (*self.used, *self.free) if one.term == RESONANCE), None)
+        if one is None or self.noisy or "inertia" not in self.names:
+            return None
+        others = [other for other in self.used if other is not one]
+        found = self.intervals([] if one in self.used else [one])
+        if RESONANCE not in found or found[RESONANCE].high >= 0.0:
+            return None
+        level = 1.0 - self.confidence
+        return found["inertia"] if self.rows.probability(one, others) < level else None
 
     def rates(self, effect: Hypothesis) -> dict[str, float]:
         """Return the change of each free parameter per unit of the coefficient of `effect`.

@@ -1,7 +1,7 @@
 """Widening of intervals by effects that the model does not include.
 
 An effect that the model lacks leaves the same residual in every stroke. The scatter between strokes
-therefore does not show the resulting error. Nine possible causes are examined
+therefore does not show the resulting error. Ten possible causes are examined
 (docs/theory/identify_effects.md). The first adds a variance; the others shift the parameters:
 
 1. a residual that repeats at the same positions, or at the same velocities and signs of the
@@ -14,6 +14,7 @@ therefore does not show the resulting error. Nine possible causes are examined
 7. encoder noise that hides the inertia (last paragraph)
 8. higher orders of friction over position than the model includes (`further_orders.py`)
 9. a spring, or viscous friction that differs by direction (`hidden_effects.py`)
+10. a resonance above the frequencies of the motion, which increases the reflected inertia
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, where half is the half width, because effects
@@ -118,6 +119,7 @@ def widened(
         moved += _of_noise(fit, records, bench, confidence)
     moved += _of_delay(fit, records, bench, confidence, regression)
     timing = _of_timing(fit, records, bench, confidence, (regression, smoother))
+    moved += _of_resonance(fit, records, bench, confidence, smoother)
     gain = regression.encoder_gain(LOCAL_GAIN)
     further = further_orders(regression)
     moved += [one for one in (timing, gain, further) if one is not None]
@@ -175,6 +177,28 @@ def _of_windows(
         before |= fit.parameters
         out += [_beyond_chance(before, one) for one in (plain, longest) if one is not None]
     return out
+
+
+def _of_resonance(
+    fit: SlidingFit,
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    confidence: float,
+    smoother: EffectRegression | None,
+) -> list[AcceptedEffects]:
+    """Return the change of the inertia by a resonance that longer windows show.
+
+    `smoother` is the regression over windows of twice the length. If it shows a resonance, windows
+    of four times the length, which noise of the encoder disturbs less, give the inertia.
+    """
+    fitted = fit.parameters.get("inertia")
+    seen = None if smoother is None else smoother.resonant_inertia()
+    if fitted is None or seen is None:
+        return []
+    smoothest = effect_regression(fit, records, bench, confidence, SMOOTHER**2)
+    seen = (None if smoothest is None else smoothest.resonant_inertia()) or seen
+    shift = {"inertia": seen.value - fitted.value}
+    return [AcceptedEffects(("a resonance",), 1.0, shift, scatter={"inertia": seen.half_width})]
 
 
 def _of_noise(
