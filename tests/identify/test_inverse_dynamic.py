@@ -139,7 +139,7 @@ def test_a_coarse_encoder_refuses_what_it_hides(bench: Bench) -> None:
 
 def test_refusals(bench: Bench) -> None:
     log = record(sines(1))
-    with pytest.raises(UnusableLogs, match="not below half"):
+    with pytest.raises(UnusableLogs, match="below half of the sampling rate"):
         inverse_dynamic(
             [log], bench, IdentificationSettings(pipeline=PublishedFilters(cutoff_hz=600.0))
         )

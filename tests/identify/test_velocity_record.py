@@ -126,7 +126,7 @@ def test_other_methods_refuse_in_one_line(method: str) -> None:
 
 def test_ramps_need_a_position() -> None:
     _, record = by_velocity(1)
-    with pytest.raises(NothingIdentified, match="no position; without it"):
+    with pytest.raises(NothingIdentified, match="has no position"):
         identify_records([], [record], linear_bench(), "auto", IdentificationSettings())
 
 
