@@ -59,10 +59,14 @@ def empty_forms(rows: int, generators: int) -> Forms:
     )
 
 
-def copy_forms(f: Forms) -> Forms:
-    """Return a copy of a table of affine forms."""
-    gen = np.empty_like(f.gen)  # generators from `extent` on are not used
-    gen[:, : f.size[0]] = f.gen[:, : f.size[0]]
+def copy_forms(f: Forms, whole: bool = False) -> Forms:
+    """Return a copy of a table of affine forms.
+
+    Only the generators in use are copied; if `whole` is True, also those beyond `f.size`.
+    """
+    used = f.gen.shape[1] if whole else f.size[0]
+    gen = np.empty_like(f.gen)
+    gen[:, :used] = f.gen[:, :used]
     return Forms(
         f.center.copy(),
         gen,

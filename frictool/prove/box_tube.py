@@ -396,7 +396,7 @@ class _Tube:
             copy_forms(self.forms),
             self.motion.copy(),
             self.record.copy(),
-            Forms(*(part.copy() for part in self.past)),
+            copy_forms(self.past, whole=True),
             self.sample,
         )
 
