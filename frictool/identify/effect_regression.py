@@ -41,7 +41,11 @@ from frictool.identify.regression.regression import SingularRegressors, solve_tr
 from frictool.identify.regression.term_selection import beyond_chance
 from frictool.identify.rows.effects import WARMING, Hypothesis
 from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with_terms, terms_of
-from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed
+from frictool.identify.rows.regression_samples import (
+    RegressionSamples,
+    with_fixed,
+    without_loads,
+)
 from frictool.typing import IntVector, Matrix, Vector
 
 BINS = 24  # number of bins of the position, and of velocity and sign of the acceleration
@@ -406,8 +410,7 @@ def effect_regression(
         waves = wave_numbers(fit.load) or search.declared_waves
         samples = search.samples(waves)
         noisy = search.noisy(samples)
-        loads = {name: one for name, one in samples.loads.items() if name not in fit.refused}
-        samples = replace(_without_knees(samples, fit, bench), loads=loads)
+        samples = without_loads(_without_knees(samples, fit, bench), {*fit.refused, *fit.dropped})
         samples = with_fixed(samples, fit.fixed)
         rows = search.reduced_rows(samples, waves)
     except UnusableLogs:

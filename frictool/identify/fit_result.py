@@ -126,7 +126,7 @@ class SlidingFit:
     - explanations: parts of the effort that `auto` fitted or left in the residual
     - method, why: name of the method, and why `auto` chose this method
     - dropped: parameters that were set to 0, since this does not worsen the prediction of strokes
-      left out of the fit
+      left out of the fit, or since the log does not determine them (`rows/position_orders.py`)
     - fixed: intervals of the parameters that were not fitted, within the intervals in bench.yaml
     - force_error: relative force error, defined in `force_error.py` and comparable between methods;
       None if no sample slips

@@ -1,19 +1,17 @@
-"""Widening of intervals by friction over position of a higher order than the model includes.
+"""Widening of intervals by friction over position of orders that the fit does not include.
 
-The effect `friction_over_position` of `rows/effects.py` has the columns s P_k(x), k = 1 to 3, with
-the direction s, the position x and the Legendre polynomials P_k. Real friction has higher orders,
-too. If the strokes repeat each other, the speed is a function of the position. A higher order then
-resembles viscous friction, and is not visible in the residual.
+A fit with the effect `friction_over_position` contains orders up to 3. Real friction has higher
+orders, too, and the fit leaves out the orders that the log does not determine
+(`rows/position_orders.py`). If the strokes repeat each other, the speed is a function of the
+position. An omitted order then resembles viscous friction, and is not visible in the residual.
 
-Friction over position is therefore modelled as a cubic smoothing spline (Wahba 1978): the
-coefficients of the P_k are random and independent, with mean 0 and standard deviation t/k^2. The
-coefficients of the fitted orders give t. The coefficients of the higher orders are estimated
-together with the parameters, with this distribution as their prior:
+The coefficients of the omitted orders are estimated together with the parameters. Their prior is
+that of a cubic smoothing spline, with the scale t of the fitted coefficients:
 
-    residual = X d + Z b + noise        b_k ~ N(0, t^2/k^4),   k in FURTHER_ORDERS
+    residual = X d + Z b + noise        b_k ~ N(0, t^2/k^4)
 
-X contains the columns of the model, Z the columns of the higher orders, and d is the shift of the
-parameters.
+X contains the columns of the model, Z the columns s P_k of the omitted orders up to HIGHEST_ORDER,
+and d is the shift of the parameters.
 """
 
 from __future__ import annotations
@@ -24,16 +22,15 @@ from numpy.polynomial import legendre
 
 from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
 from frictool.identify.estimators.explanation_search import ROWS_PER_WINDOW
-from frictool.identify.rows.effects import EFFECTS
 from frictool.identify.rows.load_terms import SPRING, TERMS
-from frictool.typing import Matrix, Vector
+from frictool.identify.rows.position_orders import FITTED_ORDERS, OVER_POSITION, spline_scale
+from frictool.typing import IntVector, Matrix, Vector
 
-OVER_POSITION = next(one for one in EFFECTS if one.term == "friction_over_position")
-FURTHER_ORDERS = np.array([4, 5, 6])
+HIGHEST_ORDER = 6
 
 
 def further_orders(regression: EffectRegression) -> AcceptedEffects | None:
-    """Return the shift of the parameters due to higher orders of friction over position.
+    """Return the shift of the parameters due to omitted orders of friction over position.
 
     Return None if the model does not include friction over position.
     """
@@ -41,17 +38,16 @@ def further_orders(regression: EffectRegression) -> AcceptedEffects | None:
     used = regression.used
     indices = rows.columns(used)
     names = [rows.names[k] for k in indices]
-    if not set(OVER_POSITION.names) <= set(names):
-        return None
     values = dict(zip(names, rows.fitted(indices).tolist(), strict=True))
-    coefficients = np.array([values[name] for name in OVER_POSITION.names])
-    orders = np.arange(1, coefficients.size + 1)
-    spline = float(np.sqrt(np.mean((orders**2 * coefficients) ** 2)))
+    fitted = {k: values[name] for name, k in FITTED_ORDERS.items() if name in values}
+    if not fitted:
+        return None
+    orders = np.array(list(fitted), dtype=np.float64)
+    scale = spline_scale(orders, np.array(list(fitted.values())))
+    omitted = np.array([k for k in range(1, HIGHEST_ORDER + 1) if k not in fitted])
     samples = rows.samples
-    columns = _columns(samples.sign, samples.loads[TERMS[SPRING][0]])
-    shift, deviation = _shift(
-        rows.table(used), columns, rows.residual(used), spline / FURTHER_ORDERS**2
-    )
+    columns = _columns(samples.sign, samples.loads[TERMS[SPRING][0]], omitted)
+    shift, deviation = _shift(rows.table(used), columns, rows.residual(used), scale / omitted**2)
     factor = float(scipy.special.stdtrit(orders.size, 0.5 + 0.5 * regression.confidence))
     places = {name: names.index(name) for name in regression.names}
     return AcceptedEffects(
@@ -62,21 +58,21 @@ def further_orders(regression: EffectRegression) -> AcceptedEffects | None:
     )
 
 
-def _columns(sign: Vector, position: Vector) -> Matrix:
-    """Return the columns (n, k) of the higher orders; the positions (n,) are scaled to [-1, 1]."""
+def _columns(sign: Vector, position: Vector, orders: IntVector) -> Matrix:
+    """Return the columns (n, k) of k orders; the positions (n,) are scaled to [-1, 1]."""
     low, high = float(position.min()), float(position.max())
     scaled = 2.0 * (position - low) / (high - low) - 1.0
     return sign[:, None] * np.column_stack(
-        [legendre.Legendre.basis(k)(scaled) for k in FURTHER_ORDERS]
+        [legendre.Legendre.basis(k)(scaled) for k in orders.tolist()]
     )
 
 
 def _shift(
     columns: Matrix, further: Matrix, residual: Vector, prior: Vector
 ) -> tuple[Vector, Vector]:
-    """Return the mean shift (p,), and the standard deviation (p,) that higher orders add.
+    """Return the mean shift (p,), and the standard deviation (p,) that omitted orders add.
 
-    - columns, further: regressors (n, p) of the model, and (n, k) of the higher orders
+    - columns, further: regressors (n, p) of the model, and (n, k) of the omitted orders
     - residual: residual (n,) of the fit to `columns`
     - prior: standard deviations (k,) of the coefficients of `further`
 

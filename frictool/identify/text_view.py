@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from frictool.identify.fit_result import PARAMETERS, Explanation
 from frictool.identify.from_logs import IdentifiedModel
 from frictool.identify.methods import METHODS
 from frictool.identify.rows.effects import EFFECTS
+from frictool.identify.rows.position_orders import FITTED_ORDERS
 from frictool.presentation.line_breaking import bounded
 
 FIRMWARE = "fit of the position simulated along the goal by the firmware of the bench's servo"
@@ -177,6 +179,21 @@ def force_line(error: float | None) -> str:
     )
 
 
+def dropped_lines(dropped: Sequence[str]) -> list[str]:
+    """Return lines of text on the parameters that the fit sets to 0."""
+    weak = [name for name in dropped if name in FITTED_ORDERS]
+    useless = [name for name in dropped if name not in weak]
+    reasons = {
+        "they do not improve the prediction of strokes left out of the fit": useless,
+        "the log does not determine them (the intervals include them)": weak,
+    }
+    return [
+        f"set to 0, because {reason}: {', '.join(names)}"
+        for reason, names in reasons.items()
+        if names
+    ]
+
+
 def explanation_place(one: Explanation) -> str:
     """Return a text that says if a part of the effort is in the model, removed, or unexplained."""
     if one.state == "left":
@@ -296,11 +313,8 @@ def table(outcome: IdentifiedModel) -> str:
         lines.append(fall_line(result.ramp.fall, si_unit("velocity", model.axis)))
     if result.over_rate is not None:
         lines += rate_lines(result.over_rate, model.parameters.breakaway.unit)
-    if result.fit is not None and result.fit.dropped:
-        lines.append(
-            "set to 0, because they do not improve the prediction of strokes left out of the fit: "
-            f"{', '.join(result.fit.dropped)}"
-        )
+    if result.fit is not None:
+        lines += dropped_lines(result.fit.dropped)
     if result.fit is not None:
         unit = model.parameters.offset.unit
         lines += [explanation_line(one, unit) for one in result.fit.explanations]

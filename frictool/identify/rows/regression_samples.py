@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -114,6 +114,13 @@ class RegressionSamples:
         loads = {name: column[chosen] for name, column in self.loads.items()}
         signals = {name: getattr(self, name)[chosen] for name in ROW_SIGNALS}
         return replace(self, loads=loads, **signals)
+
+
+def without_loads(samples: RegressionSamples, names: Collection[str]) -> RegressionSamples:
+    """Return the samples without the columns of the load parameters `names`."""
+    return replace(
+        samples, loads={name: one for name, one in samples.loads.items() if name not in names}
+    )
 
 
 def with_fixed(samples: RegressionSamples, fixed: Mapping[str, Interval]) -> RegressionSamples:

@@ -33,8 +33,15 @@ from frictool.identify.motion_record import MotionRecord, once_per_record
 from frictool.identify.rows.effects import SmoothedMotion
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.load_terms import HARMONICS, SPRING, TERMS, with_laws
+from frictool.identify.rows.position_orders import weak_orders
 from frictool.identify.rows.quantisation_limit import hidden_by_noise, refuse_hidden_inertia
-from frictool.identify.rows.regression_samples import RegressionSamples, fit, joined, with_fixed
+from frictool.identify.rows.regression_samples import (
+    RegressionSamples,
+    fit,
+    joined,
+    with_fixed,
+    without_loads,
+)
 from frictool.identify.rows.slip_mask import keep_rows, slip_mask
 from frictool.identify.rows.smoothing import (
     acceleration_response,
@@ -73,7 +80,15 @@ def weighted_fit(
     """
 
     def fitting(rows: RegressionSamples, used: int) -> SlidingFit:
-        return fit(rows, weigh(rows), used, settings.confidence, {"window": used}, droppable)
+        def fitted(some: RegressionSamples) -> SlidingFit:
+            return fit(some, weigh(some), used, settings.confidence, {"window": used}, droppable)
+
+        result = fitted(rows)
+        weak = weak_orders(result.parameters, settings.confidence)
+        if not weak:
+            return result
+        result = fitted(without_loads(rows, weak))
+        return replace(result, dropped=(*result.dropped, *weak))
 
     return slipping_fit(records, bench, settings, fitting)
 

@@ -1,0 +1,48 @@
+"""Prior distribution of friction over position, and orders that a log does not determine.
+
+The effect `friction_over_position` of `effects.py` has the columns s P_k(x), with the direction s,
+the position x and the Legendre polynomials P_k. Friction over position is modelled as a cubic
+smoothing spline (Wahba 1978): the coefficients of the P_k are random and independent, with mean 0
+and standard deviation t/k^2.
+
+In a test with one sine, the speed is a function of the position, and the even orders resemble
+viscous friction. A log may therefore determine an order less precisely than the prior does. Such
+an order is left out of the fit; `further_orders.py` widens the intervals for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import scipy
+
+from frictool.identify.fit_result import Interval
+from frictool.identify.rows.effects import EFFECTS
+from frictool.typing import Vector
+
+OVER_POSITION = next(one for one in EFFECTS if one.term == "friction_over_position")
+FITTED_ORDERS = {name: k for k, name in enumerate(OVER_POSITION.names, start=1)}
+
+
+def spline_scale(orders: Vector, coefficients: Vector) -> float:
+    """Return t [N m | N] from the coefficients (n,) of the orders (n,)."""
+    return float(np.sqrt(np.mean((orders**2 * coefficients) ** 2)))
+
+
+def weak_orders(parameters: Mapping[str, Interval], confidence: float) -> tuple[str, ...]:
+    """Return the fitted orders whose intervals are wider than those of the prior.
+
+    The scale t of the prior follows from the squares of the coefficients minus their variances. The
+    result is empty if all orders are that imprecise.
+    """
+    fitted = {name: parameters[name] for name in FITTED_ORDERS if name in parameters}
+    if not fitted:
+        return ()
+    factor = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
+    orders = np.array([FITTED_ORDERS[name] for name in fitted], dtype=np.float64)
+    half = np.array([one.half_width for one in fitted.values()])
+    squares = np.array([one.value**2 for one in fitted.values()]) - (half / factor) ** 2
+    scale = spline_scale(orders, np.sqrt(np.maximum(squares, 0.0)))
+    weak = half > factor * scale / orders**2
+    return () if weak.all() else tuple(name for name, one in zip(fitted, weak, strict=True) if one)
