@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from frictool.adapters.parameter_intervals import relative
+from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.coast_down import coast_down
@@ -58,7 +60,7 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     The final fit is a second fit, in which the refused parameters have their values in the model
     (`fixed_parameter_refit.py`). The final fit is `fit` if the second fit does not explain the
     effort or refuses a parameter that `fit` identifies: a value of the bench then contradicts the
-    log.
+    log. In this case, a refused parameter keeps its fitted value if this is in the bench's range.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
@@ -72,7 +74,7 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
             logs, refit(logs.sliding, logs.bench, logs.settings, wider.fit, fixed)
         )
     except UnusableLogs:
-        return outcome, wider
+        return _with_fitted_values(outcome, wider.fit, fixed, logs.bench), wider
     reasons = {n: reason for n, reason in again.fit.refused.items() if n not in outcome.refused}
     others = {n: one for n, one in outcome.identified.items() if n not in SLIDING}
     accepted = accept(again.fit.parameters, logs.bench, reasons)
@@ -82,8 +84,24 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
         outcome.identified.keys() - merged.identified.keys()
         or unexplained(logs, fit, merged) is not None
     ):
-        return outcome, wider
+        return _with_fitted_values(outcome, wider.fit, fixed, logs.bench), wider
     return merged, again
+
+
+def _with_fitted_values(
+    outcome: Outcome, fit: SlidingFit, fixed: Mapping[str, Interval], bench: Bench
+) -> Outcome:
+    """Return the outcome in which refused parameters have their fitted values.
+
+    Only a value within the range in bench.yaml, `fixed`, is used; its interval is this range.
+    """
+    ranges = {}
+    for name, known in fixed.items():
+        value = fit.parameters[name].value
+        if known.low <= value <= known.high:
+            low, high = relative(known.low, known.high, bench.actuator.constant)
+            ranges[name] = Interval(value, min(low, value), max(high, value))
+    return replace(outcome, narrowed={**ranges, **outcome.narrowed})
 
 
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:

@@ -6,14 +6,17 @@ from dataclasses import replace
 
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
+from frictool.documents.quantity import Quantity
 from frictool.identify.axis_logs import sort_logs
 from frictool.identify.breakaway_parameters import with_breakaway
 from frictool.identify.fit_result import PARAMETERS, Interval
 from frictool.identify.methods import DEFAULT, IdentificationSettings
 from frictool.identify.outcome import Outcome, accept
+from frictool.identify.sliding_parameters import settled, sliding_fit
 from studies.rigs.identification_rigs import clutch, record
-from studies.rigs.sample_logs import TRUTH, ramp
+from studies.rigs.sample_logs import TRUTH, ramp, sines
 
 NAMES = st.sets(st.sampled_from(PARAMETERS))
 OUTCOMES = st.builds(
@@ -59,3 +62,20 @@ def test_a_breakaway_of_the_sliding_logs_outlives_ramps_that_say_less() -> None:
     level = with_breakaway(logs, sliding).identified["breakaway"]
     assert level.low <= TRUTH.breakaway <= level.high
     assert level != sliding.identified["breakaway"]
+
+
+def test_a_refused_parameter_keeps_its_fitted_value_if_the_bench_contradicts_the_log() -> None:
+    """A wrong value of the bench in a wide range would make the model useless."""
+    bench = clutch()
+    wrong = Quantity(2e-2, low=0.0, high=2e-2, unit="N m s/rad")
+    bench = structs.replace(bench, mechanics=structs.replace(bench.mechanics, viscous=wrong))
+    logs = sort_logs([record(sines(1))], [], bench, "least-squares", IdentificationSettings())
+    fit = sliding_fit(logs)
+    value = fit.parameters["viscous"].value
+    vague = {**fit.parameters, "viscous": Interval.around(value, 1.0)}
+    outcome, _ = settled(logs, replace(fit, parameters=vague))
+    assert "viscous" in outcome.refused
+    kept = outcome.narrowed["viscous"]
+    assert kept.value == value
+    assert kept.low <= wrong.interval[0]
+    assert kept.high >= wrong.interval[1]
