@@ -188,7 +188,8 @@ class Program:
         """Return a node that is true if an input is a finite number."""
         if one.op != "input":
             raise ValueError(
-                f"found {one.op}; allowed: an input, because only inputs can be NaN or infinite"
+                f"the operand of `valid` is {one.op}; allowed: an input of the program, because no "
+                "other value can be NaN or infinite"
             )
         return self.node("valid", one)
 

@@ -40,7 +40,7 @@ class Term:
     def times(self, other: Term) -> Term:
         """Return the product of two terms, with common factors cancelled.
 
-        The product has the element of `other` or, if `other` has none, the element of this term.
+        `element` of the product is that of `other` or, if this is empty, that of the first term.
         """
         powers: dict[Atom, int] = {}
         for atom, power in (*self.factors, *other.factors):

@@ -89,10 +89,9 @@ def coast_down(
             if name in fit.refused:  # the misfit contains this friction
                 raise UnusableLogs(fit.refused[name])
         raise UnusableLogs(
-            "the drive was off, and friction leaves "
-            f"{100.0 * misfit:.3g} % of the deceleration unexplained (allowed: at most "
-            f"{100.0 * LARGEST_MISFIT:g} %); do not touch the axis, and declare a load in "
-            "load.terms: [offset, spring] or [offset, gravity]"
+            f"the drive was off, and friction leaves {100.0 * misfit:.3g} % of the deceleration "
+            f"unexplained (at most {100.0 * LARGEST_MISFIT:g} %); do not touch the axis, or "
+            "declare load.terms: [offset, spring] or [offset, gravity]"
         )
     for name in ("viscous", "coulomb"):
         if name in ratios.parameters and ratios.parameters[name].high < 0.0:

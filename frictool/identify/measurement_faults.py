@@ -71,8 +71,8 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"{record.name}: the effort is {top.at:.4g} {unit} in {100 * share:.2g} % of "
-                f"samples (allowed: at most {100 * LARGEST_SATURATED_SHARE:g} %) and below the "
-                f"drive limit {most:.4g}: the measurement is saturated; widen its range"
+                f"samples (at most {100 * LARGEST_SATURATED_SHARE:g} %), below the drive limit "
+                f"{most:.4g}: the measurement is saturated; widen its range"
             )
 
 
@@ -108,8 +108,8 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
             if speed > MARGIN * brake * 0.5 * n * record.period + unseen:
                 raise UnusableLogs(
                     f"{record.name}: at {record.time[at]:.6g} s the velocity falls from "
-                    f"{speed:.3g} {unit}/s to 0 in a sample, at the extreme position "
-                    f"{extreme:.4g} {unit}: the encoder is clipped, or the axis hit a stop"
+                    f"{speed:.3g} {unit}/s to 0, at the extreme position {extreme:.4g} {unit}: "
+                    "the encoder is clipped, or the axis hit a stop"
                 )
 
 

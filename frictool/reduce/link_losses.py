@@ -126,10 +126,10 @@ def _reflected_inertia(
         )
 
     def least(names: list[str]) -> float:
-        """Return the lower bound of (reflected inertia)/(inertia) of the blocks `names`.
+        """Return a lower bound of the sum of the reflected inertias over the sum of the inertias.
 
-        If the bound is negative, the mechanism locks. The reflected inertia of a block with a
-        negative lower bound is then set to 0.
+        The sums are over the blocks `names`. If the bound is negative, the mechanism locks; a block
+        with a negative reflected inertia then counts as 0, and the bound is computed again.
         """
         value = share(names, 0)
         if value > 0.0:

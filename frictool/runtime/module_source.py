@@ -20,8 +20,10 @@ ANALYSIS = (
 
 @dataclass(frozen=True)
 class ModuleSource:
-    """Digest of a module's syntax tree, imports of the module, and names that the module has.
+    """Facts about the source of a module from which its dependencies follow.
 
+    digest: digest of the syntax tree.
+    imports: imports of the module.
     names: names that the module defines or imports.
     table: name that the package exports lazily -> module that defines it, relative to the package.
     is_open: True if the module imports another module by a computed name.

@@ -395,8 +395,8 @@ def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
         (
             Spread(parameters={"coulomb": Span(-20.0, 60.0, "mN m")}),
             (
-                "scenario.yaml:12: spread.parameters.coulomb.low: found -20 mN m, with which no "
-                "plant can be simulated: coulomb is -0.02; allowed: >= 0",
+                "scenario.yaml:12: spread.parameters.coulomb.low: found -20 mN m; a plant with "
+                "this value cannot be simulated: coulomb is -0.02; allowed: >= 0",
             ),
         ),
         (

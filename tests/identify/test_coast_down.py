@@ -119,7 +119,7 @@ def test_a_free_oscillation_needs_the_load_that_drives_it(
         run("identify", log, "--bench", bench, "-o", tmp_path / "none.yaml"),
         1,
         "the drive was off",
-        "declare a load in load.terms: [offset, spring] or [offset, gravity]",
+        "declare load.terms: [offset, spring] or [offset, gravity]",
     )
     facts = identified(tmp_path, [position], load=f"load: {{terms: [offset, {term}]}}\n")
     law = facts["laws"]["load"]

@@ -3,9 +3,9 @@
     effort = (coulomb + (breakaway - coulomb) e^(-|v/v_s|^delta)) s + viscous v + offset
 
 s is the direction of motion, +1 or -1. A run is a part of a stroke in which the position stays
-within two counts of a straight line in time. If there are too few runs, whole strokes are used
-instead. The position of such a stroke deviates from a line by at most 2.7 % of the stroke's
-distance, and its speed drifts by at most a twentieth.
+within two counts of a straight line in time. If there are too few runs, nearly straight strokes are
+used instead: strokes whose position deviates from a line by at most 2.7 % of the stroke's distance,
+and whose speed changes by at most 5 %.
 
 Speed, acceleration and effort of a run are means with the weights (1 - w^2)^2, where w is the time,
 scaled to -1 at the start and +1 at the end of the run. These means satisfy the equation of motion

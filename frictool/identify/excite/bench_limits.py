@@ -95,8 +95,8 @@ def limits_of(bench: Bench) -> BenchLimits:
         also = " and the load take" if load else " takes"
         raise NoSolutionError(
             f"{bench.name}: the drive may give only {effort:.3g} {si_unit('effort', bench.axis)} "
-            f"at its limit, but friction{also} up to {coulomb + offset + load:.3g}, so that the "
-            "axis may not move; raise actuator.limit, or narrow `mechanics`"
+            f"at its limit, but friction{also} up to {coulomb + offset + load:.3g}; raise "
+            "actuator.limit, or narrow `mechanics`"
         )
     if known.top_speed is None and viscous <= 0.0:
         raise NoSolutionError(f"{bench.name}: no value limits the speed; state mechanics.top_speed")

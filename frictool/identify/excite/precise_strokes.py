@@ -76,9 +76,9 @@ class PrecisionRequest:
     def targets(self) -> dict[str, float]:
         """Return the relative half widths for which the test is designed.
 
-        If the request is robust, the target of a sliding parameter is the geometric mean of its
-        requested half width and the smallest requested half width, because the error of an
-        imprecise parameter affects the other parameters.
+        If `robust` is False, these are the requested half widths. Otherwise, the target of a
+        parameter is the geometric mean of its requested half width and the smallest requested half
+        width: if one parameter were much less precise, its error would disturb the others.
         """
         targets = self.only(SLIDING)
         if not self.robust or not targets:

@@ -1,6 +1,7 @@
-"""Weights of the coefficients of a weak-form row that give the friction of a direction or zone.
+"""Weights for the coefficients that are fitted to the rows of the weak form.
 
-The weighted sum of the coefficients is this friction divided by the model's friction.
+The weighted sum of the coefficients is the friction in one direction or zone of the travel, divided
+by the friction of the model.
 """
 
 from __future__ import annotations
