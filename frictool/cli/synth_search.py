@@ -56,7 +56,7 @@ class FoundDesign:
 
 
 def beside(controller: Path | None) -> Path | None:
-    """Return a path for the design in the folder of `controller`; None if `controller` is None."""
+    """Return a path for the design beside the file `controller`; None for None or stdout."""
     if controller is None or controller == STDOUT:
         return None
     return controller.with_name(f"{controller.stem}.design.yaml")

@@ -255,7 +255,7 @@ class _VectorSequence:
                 break
 
     def lose(self, reference: float, samples: int) -> None:
-        """Run samples with one invalid input each, a different input at each sample in turn."""
+        """Run samples with one invalid input each; the kinds of invalid inputs take turns."""
         kinds: list[dict[str, float]] = [
             {"position": math.nan},
             {"position": math.inf},

@@ -30,8 +30,8 @@ LONGEST_VALUES = 60  # most characters that a warning uses for the replaced valu
 def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> list[str]:
     """Return a warning for each parameter whose interval does not overlap that in bench.yaml.
 
-    If all parameters are too large or too small by about the same large factor, the first warning
-    says that the unit of the drive signal may be wrong.
+    If all these parameters are too large or too small by about the same large factor, the first
+    warning says that the unit of the drive signal may be wrong.
     """
     out = []
     ratios = dict[str, float]()

@@ -95,7 +95,7 @@ def refit(
 def with_held(
     settings: methods.IdentificationSettings, fit: SlidingFit, fixed: Mapping[str, Interval]
 ) -> methods.IdentificationSettings:
-    """Return settings with the fixed parameters `fixed`, and the parameters dropped by `fit`."""
+    """Return settings that fix `fixed`, and fix the parameters that `fit` dropped at 0."""
     dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters}
     return replace(settings, fixed={**dropped, **fixed})
 

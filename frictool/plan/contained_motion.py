@@ -36,8 +36,8 @@ class ContainedDesign:
     """Design of tests in which every axis stays within the travel of the bench.
 
     - bench: bench with its a-priori intervals and its travel
-    - usable: bench with the travel for which tests are designed, shortened if an axis left the
-      travel
+    - usable: bench with the travel for which tests are designed, shortened if an axis came
+      too close to an end
     """
 
     bench: Bench

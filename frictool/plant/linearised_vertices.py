@@ -31,7 +31,7 @@ def rates_of(point: PlantPoint, centre: PlantPoint, form: Form = "exact") -> Axi
     """Return the rates of the plant at `point` in a polytope around `centre`.
 
     form: exact, inertia or first_order (module docstring). Raises NoSolutionError if the intervals
-    are so wide that a linearised rate is not positive.
+    are so wide that the linearised gain k = K/J is not positive.
     """
     if form == "exact":
         return point.rates

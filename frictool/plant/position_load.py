@@ -103,7 +103,7 @@ def with_load(axis: Vector, load: Vector) -> Vector:
 
 @kernel
 def appended(axis: Vector, values: Vector) -> Vector:
-    """Return the parameters `axis`, which include `AxisLaws`, followed by the load `values`."""
+    """Return the parameters `axis`, with default `AxisLaws` if missing, and the load `values`."""
     size = max(axis.shape[0], EXTENDED_SIZE)
     out = np.zeros(size + values.shape[0])
     for i in range(axis.shape[0]):

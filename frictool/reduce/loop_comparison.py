@@ -1,9 +1,9 @@
 """Comparison of a mechanism with its one-inertia model, with the same controller and reference.
 
-The allowed difference of the positions is the backlash plus the larger of two values: `tolerance`
-times the last step of the reference, and one encoder step. The allowed difference of the response
-times is the larger of `tolerance` times the response time of the whole mechanism, and one sample
-period.
+The allowed difference of the positions during a hold is the backlash plus the larger of two values:
+`tolerance` times the reference step with which the hold begins, and one encoder step. The
+allowed difference of the response times is the larger of `tolerance` times the response time of the
+whole mechanism, and one sample period.
 """
 
 from __future__ import annotations

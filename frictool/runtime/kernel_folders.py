@@ -252,7 +252,7 @@ def sized(state: KernelFolder) -> KernelFolder:
 
 
 def remove_state(state: Path, now: float | None = None) -> bool:
-    """Remove the code of one module state; return False if it is kept because of recent use."""
+    """Remove the code of one module state; return False if it is kept (recent use, or locked)."""
     away = state.parent / f"{REMOVED}{state.name}-{os.getpid()}"
     with writing(state.parent) as mine:
         try:

@@ -234,7 +234,7 @@ def _with_rest(
 
 
 def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
-    """Return the synthesis problem of a design; missing weights are derived by rules."""
+    """Return the synthesis problem of a design; missing weights are derived, but not relaxed."""
     return _posed(model, spec, design)[0]
 
 

@@ -102,7 +102,7 @@ class MetricInfluence:
 
     @property
     def rest_of_ranks(self) -> float | None:
-        """Return the share of the metric's rank variance that no factor in `named` explains."""
+        """Return the share of the rank variance that no factor in `named` explains alone."""
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].of_ranks) for i in self.named))
             if self.shares
@@ -111,7 +111,7 @@ class MetricInfluence:
 
     @property
     def by_rank(self) -> bool:
-        """Return True if a factor explains clearly more of the ranks' variance than of the metric.
+        """Return True if a factor explains clearly more of the rank variance than of the variance.
 
         A few very large values of the metric can dominate the metric's variance.
         """

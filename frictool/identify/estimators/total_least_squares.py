@@ -86,7 +86,7 @@ def _fit(
 
 
 def _of_effort(mean: Matrix, noise: Matrix) -> Matrix:
-    """Return `noise` with the residual variance of the effort that noise of the motion leaves."""
+    """Return `noise` with the residual variance of the effort minus that of motion noise."""
     theta = np.append(errors_in_variables(mean, noise), -1.0)
     others = theta[:-1] @ noise[:-1, :-1] @ theta[:-1]
     out = noise.copy()

@@ -121,9 +121,10 @@ def stroke_candidates(
     least = axis.backlash + SHORTEST_COUNTS * sensing.step
     if (1.0 - 2.0 * SPREAD) * longest < least:
         raise NoSolutionError(
-            f"travel: the longest possible stroke is {(1.0 - 2.0 * SPREAD) * longest:.4g} "
-            f"{limits.unit}; needed: at least {least:.4g} (backlash and {SHORTEST_COUNTS:g} "
-            "counts); use a finer encoder or more travel"
+            "travel: strokes over the whole travel may be only "
+            f"{(1.0 - 2.0 * SPREAD) * longest:.4g} {limits.unit} long; needed: at least "
+            f"{least:.4g} (backlash and {SHORTEST_COUNTS:g} counts); use a finer encoder or more "
+            "travel"
         )
     shortest = max(SHORTEST_SHARE * longest, least / (1.0 - 2.0 * SPREAD))
     return [

@@ -19,7 +19,7 @@ DAMPING_STEP = 10.0  # factor of the damping after a refused step, divisor after
 
 
 class LeastSquares(NamedTuple):
-    """Unknowns (n,) with the smallest sum of squares, residuals (m,), and number of evaluations."""
+    """Unknowns (n,) with the smallest sum of squares, residuals (m,), evaluation number."""
 
     unknowns: Vector
     residual: Vector

@@ -198,7 +198,7 @@ def stroke_samples(record: MotionRecord) -> float:
 
 
 def shortest_window(records: list[MotionRecord], share: float) -> int:
-    """Return the shortest window [samples] with noise of at most `share` of the acceleration."""
+    """Return the shortest window [samples] with noise/acceleration <= `share` in each record."""
     return max(choose_window(record, stroke_samples(record), share) for record in records)
 
 

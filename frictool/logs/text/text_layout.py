@@ -215,7 +215,7 @@ def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
     if first is not None:
         return f"has {len(rows)} lines, but layout.first_line is {first + 1}"
     if after:
-        return f"has no row of numbers after line {after}, the header that bench.yaml declares"
+        return f"has no row of numbers after line {after}, where the header in bench.yaml ends"
     if sum(any(row) for row in rows) == 1:
         return "has a header, but no rows"
     return (

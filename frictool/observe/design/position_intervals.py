@@ -84,7 +84,7 @@ def turning_points(friction: FrictionMap, direction: int) -> list[float]:
 
 
 def _where(friction: FrictionMap, direction: int, low: float, high: float, part: float) -> float:
-    """Return the position where `part` (0 to 1) of the change from `low` to `high` is reached."""
+    """Return the position where friction has made `part` of its change from `low` to `high`."""
     first, last = (float(friction_at(friction, direction, end)) for end in (low, high))
     return float(
         scipy.optimize.brentq(
