@@ -142,7 +142,7 @@ class TrialPlayer(ScenarioJudge):
             return TrialResult(draw, (), (), f"{type(error).__name__}: {error}")
 
     def nominal(self) -> tuple[Requirement, ...]:
-        """Simulate the nominal plant without `spread`; return the judged requirements.
+        """Simulate the nominal or `given` plant without `spread`; return the judged requirements.
 
         Raises FrictoolError if the plant cannot be simulated or the documents do not fit together.
         """

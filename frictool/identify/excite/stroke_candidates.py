@@ -112,8 +112,8 @@ def stroke_candidates(
     Raises
     ------
     NoSolutionError
-        If every stroke within the travel is shorter than the backlash plus SHORTEST_COUNTS encoder
-        counts.
+        If strokes over the whole travel may be shorter than the backlash plus SHORTEST_COUNTS
+        encoder counts.
     """
     limits = limits_of(bench)
     axis, sensing = worst_axis(bench, effects), worst_sensing(bench, noise)
