@@ -18,6 +18,11 @@ reduces the largest efforts, and if one of two conditions holds:
   large.
 
 Each comparison must have the same result without the stroke that supports the result most.
+
+A command with few levels, such as a pseudo-random binary sequence, has flat tops, too. The limits
+of S remove the noise of the acceleration, and the jumps that a delayed effort makes too late. The
+linear fits and the rival therefore contain a delay to second order (derivatives of the effort), and
+the effort of this noise is subtracted from all squared residuals.
 """
 
 from __future__ import annotations
@@ -83,12 +88,22 @@ class HiddenSaturation:
 
 @dataclass(frozen=True)
 class _Samples:
-    """Slipping samples: regressors (n, k) of model and rival, effort (n,), stroke number (n,)."""
+    """Slipping samples.
+
+    - model: regressors (n, k) of the model; the first is the acceleration
+    - late: first and second derivative of the effort, (n, 2), the regressors of a delay
+    - rivals: additional regressors (n, j) of the rival
+    - effort: effort (n,)
+    - stroke: number of the stroke of each sample, (n,)
+    - noise: rms noise of the acceleration, relative to its rms
+    """
 
     model: Matrix
+    late: Matrix
     rivals: Matrix
     effort: Vector
     stroke: IntVector
+    noise: float
 
 
 def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | None:
@@ -102,19 +117,26 @@ def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | 
     scale = float(np.quantile(np.abs(samples.effort), HIGHEST))
     effort = samples.effort / scale
     values = _linear(samples.model, effort)
-    plain = (effort - samples.model @ values) ** 2
-    both = np.column_stack((samples.model, samples.rivals))
-    rivals = (effort - both @ _linear(both, effort)) ** 2
+    linear = np.column_stack((samples.model, samples.late))
+    plain, rivals = (
+        _squares(columns, effort, samples.noise)
+        for columns in (linear, np.column_stack((linear, samples.rivals)))
+    )
     start = np.append(values, 2 * [np.log(START)])
     soft, clip = (_saturating(samples.model, effort, p, start) for p in SHARPNESS)
     sharper = _saturating(samples.model, effort, SHARPNESS[-1], soft.unknowns)
-    best = min(soft, clip, sharper, key=lambda fit: float(fit.residual @ fit.residual))
+    best, sharpness = min(
+        zip((soft, clip, sharper), (*SHARPNESS, SHARPNESS[-1]), strict=True),
+        key=lambda one: float(one[0].residual @ one[0].residual),
+    )
     needed = samples.model @ best.unknowns[:-2]
     explained = effort - best.residual
     compression = 1.0 - np.abs(explained) / np.maximum(np.abs(needed), 1e-9)
+    slope = np.clip(1.0 - compression, 0.0, 1.0) ** (sharpness + 1.0)
+    squares = best.residual**2 - (samples.noise * best.unknowns[0] * slope) ** 2
     top = compression >= np.quantile(compression, HIGHEST)
     if compression[top].mean() < LEAST_COMPRESSION or not _explains(
-        best.residual**2, plain, rivals, samples.stroke
+        squares, plain, rivals, samples.stroke
     ):
         return None
     return HiddenSaturation(
@@ -145,7 +167,8 @@ def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
     acceleration, v, effort = (signal[rows] for signal in signals)
     sign = strokes.sign[rows]
     noise = measurement_noise(record) * float(np.linalg.norm(acceleration_response(record, window)))
-    if noise > LEAST_COMPRESSION * float(np.sqrt(np.mean(acceleration**2))):
+    noise /= float(np.sqrt(np.mean(acceleration**2)))
+    if noise > LEAST_COMPRESSION:
         return None
     position = record.position[rows]
     x = position - position.mean()
@@ -155,7 +178,10 @@ def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
         rivals += [np.sin(position), np.cos(position)]
     model = [acceleration, v, sign, np.ones(rows.size), x, *(load[rows] for load in loads.values())]
     stroke = np.unique(strokes.number[rows], return_inverse=True)[1]
-    return _Samples(_of_size_one(model), _of_size_one(rivals), effort, stroke)
+    rate = np.gradient(signals[2])
+    late = [rate[rows], np.gradient(rate)[rows]]
+    columns = _of_size_one(model), _of_size_one(late), _of_size_one(rivals)
+    return _Samples(*columns, effort, stroke, noise)
 
 
 def _of_size_one(columns: list[Vector]) -> Matrix:
@@ -166,6 +192,15 @@ def _of_size_one(columns: list[Vector]) -> Matrix:
 
 def _linear(columns: Matrix, effort: Vector) -> Vector:
     return np.asarray(np.linalg.lstsq(columns, effort, rcond=None)[0])
+
+
+def _squares(columns: Matrix, effort: Vector, noise: float) -> Vector:
+    """Return the squared residuals (n,) of a linear fit, without the part of the noise.
+
+    `columns` (n, k) begin with the acceleration, which has the relative rms noise `noise`.
+    """
+    values = _linear(columns, effort)
+    return np.asarray((effort - columns @ values) ** 2 - (noise * values[0]) ** 2)
 
 
 def _saturating(columns: Matrix, effort: Vector, sharpness: float, start: Vector) -> LeastSquares:

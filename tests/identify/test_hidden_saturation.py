@@ -242,6 +242,18 @@ def test_the_fit_of_a_clip_starts_near_its_limits(tmp_path: Path, seed: int) -> 
     assert found.evaluations <= 10
 
 
+@pytest.mark.parametrize("seed", RIGS)
+def test_a_current_of_two_levels_is_kept(tmp_path: Path, seed: int) -> None:
+    """The acceleration responds to each step of the current, so that no effort is missing."""
+    draw = np.random.default_rng([seed, 33])
+    arm = Arm(draw.uniform(0.02, 0.1), 0.05, 0.4, 0.45, counts=int(10.0 ** draw.uniform(4.0, 5.0)))
+    hold = int(draw.uniform(100.0, 200.0))
+    pairs = draw.choice((-1.0, 1.0), (TIME.size // (2 * hold) + 1, 1)) * (1.0, -1.0)
+    position, effort = play(arm, 0.8 * np.repeat(pairs.ravel(), hold)[: TIME.size])
+    logged = record(arm, position, noisy(effort, seed))
+    assert hidden_saturation(logged, bench_of(tmp_path, arm)) is None
+
+
 def test_a_chirp_of_constant_amplitude_is_not_saturated(tmp_path: Path) -> None:
     """Its tops are equal at all frequencies; at the highest, the motion is a few counts, whose
     noise in the acceleration looks like an effort that the motion needs."""
