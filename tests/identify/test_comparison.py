@@ -15,7 +15,12 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
-from frictool.identify.estimators.method_comparison import ComparedData, best_by_prediction
+from frictool.identify.estimators import method_comparison
+from frictool.identify.estimators.method_comparison import (
+    ComparedData,
+    PredictionScore,
+    best_by_prediction,
+)
 from frictool.identify.fit_result import Interval
 from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.force_error import force_error, motion_rows
@@ -23,6 +28,7 @@ from frictool.identify.identification import identify_records
 from frictool.identify.log_disagreement import pooling_warnings
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import record_of
+from frictool.identify.rows.regression_samples import shifted
 from frictool.logs.log_reader import read_log
 from studies.command_line import run as command
 from studies.rigs.identification_rigs import EMPS
@@ -232,6 +238,29 @@ def test_logs_too_short_for_halves_compare_the_regressions_on_themselves() -> No
         for fit in fits
     }
     assert 0.9 * score[chosen.method] <= min(score.values())
+
+
+def test_output_error_is_checked_if_the_halves_are_too_short_for_a_regression(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A regression of all logs still excludes an inertia that is wrong by a factor of two."""
+    record, bench, settings = day("monday"), load(EMPS, Bench), IdentificationSettings()
+    fit = replace(run("least-squares", [record], bench, settings), method="least-squares", why="")
+    simulated = replace(fit, method="output-error")
+    right, wrong = (
+        replace(simulated, parameters={**fit.parameters, "inertia": interval})
+        for interval in (
+            fit.parameters["inertia"],
+            shifted(fit.parameters["inertia"], fit.parameters["inertia"].value),
+        )
+    )
+    only = [PredictionScore("output-error", (), np.ones(2), 1.0, lambda: simulated)]
+    monkeypatch.setattr(method_comparison, "regression_scores", lambda *_: [])
+    monkeypatch.setattr(method_comparison, "_simulations", lambda *_: only)
+    for simulated, method in ((right, "output-error"), (wrong, "least-squares")):
+        chosen = best_by_prediction(ComparedData([record], bench, settings, [fit]))
+        assert chosen.method == method
+        assert ("is not used: its inertia" in str(chosen.why)) is (simulated is wrong)
 
 
 @pytest.mark.parametrize("kind", ["coulomb", "viscous", "spring"])

@@ -10,7 +10,7 @@ with a wrong effort may still simulate the position well. The first allowed cand
 position error at most a tenth above the smallest is chosen. The order of preference is: the method
 that the decision scheme of `auto` prefers, other regressions, output error. Output error is
 rejected if a parameter of the regression with the same load terms lies outside the interval by
-output error.
+output error. This regression is fitted to all logs, also if the halves are too short to fit it.
 
 If the fit includes a disturbing effect (`rows/effects.py`), the preferred method is used without a
 comparison, because the effect cannot be simulated. If the logs are too short to be halved, the
@@ -131,6 +131,12 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
     smallest = min(score.force for score in scores)
     allowed = [score for score in scores if score.force <= MOST_FORCE * smallest]
     winner, fit, against = _winner(allowed, scores, bench.load is not None)
+    alone = fit.method == OUTPUT_ERROR and all(score.name == OUTPUT_ERROR for score in scores)
+    apart = contradicted(first, fit) if alone else None
+    if apart is not None:
+        # each half of the logs is too short for a regression, so that only one method predicts
+        why = f"output-error is not used: its {apart} contradicts that of {first.method}"
+        return replace(first, why=f"{first.why}; {why}")
     return replace(
         fit,
         why=_why(first, winner, scores, sides is not None, si_unit("position", bench.axis))
