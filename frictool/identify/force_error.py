@@ -16,6 +16,7 @@ can be compared.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -138,6 +139,44 @@ def force_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> 
     left = sum(float(np.sum((one.effort - one.modelled_effort(values, laws)) ** 2)) for one in rows)
     size = sum(float(np.sum(one.effort**2)) for one in rows)
     return float(np.sqrt(left / size)) if size > 0.0 else None
+
+
+def nearest_values(
+    rows: Sequence[SlipRows],
+    values: Values,
+    laws: Laws | None,
+    ranges: Mapping[str, tuple[float, float]],
+) -> dict[str, float]:
+    """Return `values` with those parameters in `ranges` that minimise the force error.
+
+    The effort is linear in these parameters. A parameter stays within its range (low, high). The
+    minimum is found by trying, for each parameter, the low end, the high end, and no bound.
+    """
+    if not rows or not ranges:
+        return dict(values)
+    start = {**values, **dict.fromkeys(ranges, 0.0)}
+
+    def effort(some: Values) -> Vector:
+        return np.concatenate([one.modelled_effort(some, laws) for one in rows])
+
+    base = effort(start)
+    right = np.concatenate([one.effort for one in rows]) - base
+    columns = np.column_stack([effort({**start, name: 1.0}) - base for name in ranges])
+    gram, moment = columns.T @ columns, columns.T @ right
+    best, least = values, np.inf
+    for ends in itertools.product(*((None, *ends) for ends in ranges.values())):
+        found = np.array([np.nan if end is None else end for end in ends])
+        free = np.isnan(found)
+        known = moment[free] - gram[np.ix_(free, ~free)] @ found[~free]
+        found[free] = np.linalg.pinv(gram[np.ix_(free, free)]) @ known
+        inside = all(
+            low <= value <= high
+            for value, (low, high) in zip(found.tolist(), ranges.values(), strict=True)
+        )
+        cost = float(found @ gram @ found - 2.0 * moment @ found)
+        if inside and cost < least:
+            best, least = {**values, **dict(zip(ranges, found.tolist(), strict=True))}, cost
+    return dict(best)
 
 
 def friction_in_slip(

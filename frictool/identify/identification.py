@@ -39,10 +39,9 @@ from frictool.identify.rows.temperature_law import with_reference
 from frictool.identify.sliding_parameters import (
     NO_SLIDING,
     any_negative,
+    explained,
     settled,
     sliding_fit,
-    with_force_error,
-    without_unexplained,
 )
 from frictool.identify.unmodelled_effects import WidenedFit
 
@@ -161,9 +160,8 @@ def identify_records(
         )
     outcome = with_varying_breakaway(logs, outcome)
     if outcome.fit is not None:
-        fit = replace(outcome.fit, laws=outcome.laws)
-        outcome = replace(outcome, fit=with_force_error(fit, logs, outcome.from_logs))
-        outcome = without_unexplained(logs, free or fit, outcome)
+        outcome = replace(outcome, fit=replace(outcome.fit, laws=outcome.laws))
+        outcome = explained(logs, outcome)
     outcome = without_impossible_breakaway(outcome)
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
     outcome = replace(outcome, identified=ordered, laws=with_reference(outcome.laws, logs.sliding))

@@ -7,13 +7,12 @@ from dataclasses import replace
 
 from frictool.adapters.parameter_intervals import relative
 from frictool.documents.bench import Bench
-from frictool.documents.quantity import Quantity
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.coast_down import coast_down
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
 from frictool.identify.fit_warnings import DOUBTFUL_FORCE_ERROR
 from frictool.identify.fixed_parameter_refit import fixed_parameters, refit
-from frictool.identify.force_error import force_error
+from frictool.identify.force_error import force_error, nearest_values
 from frictool.identify.interval_checks import NEVER_NEGATIVE
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import METHODS, run
@@ -40,15 +39,16 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
     fit = run(logs.method, logs.sliding, logs.bench, logs.settings)
     refuse_self_explained(fit, logs.sliding)
     fit = with_force_error(replace(fit, method=fit.method or logs.method), logs, fit.parameters)
-    if fit.force_error is not None and fit.force_error > LARGEST_FORCE_ERROR:
+    error = unexplained(logs, fit, fit.parameters)
+    if error is not None:
         advice = (
             "the effort is far too small for the bench's values; check the unit in "
             f"columns.{logs.bench.actuator.drive}"
-            if fit.force_error > OTHER_UNIT
+            if error > OTHER_UNIT
             else "check that effort and position are from the same test"
         )
         raise UnusableLogs(
-            f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % "
+            f"the model does not explain the effort: force error {100 * error:.3g} % "
             f"(allowed: at most {100 * LARGEST_FORCE_ERROR:g} %); {advice}"
         )
     return fit
@@ -82,7 +82,7 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     merged = replace(merged, fit=again.fit, laws=again.fit.laws)
     if (
         outcome.identified.keys() - merged.identified.keys()
-        or unexplained(logs, fit, merged) is not None
+        or unexplained(logs, again.fit, merged.from_logs) is not None
     ):
         return _with_fitted_values(outcome, wider.fit, fixed, logs.bench), wider
     return merged, again
@@ -99,8 +99,7 @@ def _with_fitted_values(
     for name, known in fixed.items():
         value = fit.parameters[name].value
         if known.low <= value <= known.high:
-            low, high = relative(known.low, known.high, bench.actuator.constant)
-            ranges[name] = Interval(value, min(low, value), max(high, value))
+            ranges[name] = _in_range(value, known.low, known.high, bench)
     return replace(outcome, narrowed={**ranges, **outcome.narrowed})
 
 
@@ -132,36 +131,60 @@ def with_force_error(
     """
     if logs.drive_off:
         return fit
-    intervals = {**sliding_intervals(from_logs, logs.bench), **from_logs}
-    values = {name: interval.value for name, interval in intervals.items()}
-    return replace(fit, force_error=force_error(logs.rows, values, fit.laws))
+    error = force_error(logs.rows, _values(logs, from_logs), fit.laws)
+    return replace(fit, force_error=error)
 
 
-def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | None:
+def unexplained(logs: AxisLogs, fit: SlidingFit, from_logs: Mapping[str, Interval]) -> float | None:
     """Return the force error if no values within bench.yaml's ranges explain the effort, else None.
 
-    Each refused parameter has the value, within its range in bench.yaml, that is nearest to its
-    value in `free`.
+    The parameters `from_logs` have their values. The others have the values within their ranges in
+    bench.yaml that minimise the force error.
     """
-    assert outcome.fit is not None
-    nearest = outcome.from_logs
-    for name in SLIDING:
-        known: Quantity | None = getattr(logs.bench.mechanics, name)
-        if name in nearest or name not in free.parameters or known is None:
-            continue
-        low, high = known.interval
-        nearest[name] = replace(
-            free.parameters[name], value=min(max(free.parameters[name].value, low), high)
-        )
-    error = with_force_error(outcome.fit, logs, nearest).force_error
+    if logs.drive_off:
+        return None
+    values = nearest_values(
+        logs.rows, _values(logs, from_logs), fit.laws, _ranges(logs.bench, from_logs)
+    )
+    error = force_error(logs.rows, values, fit.laws)
     return error if error is not None and error > LARGEST_FORCE_ERROR else None
 
 
-def without_unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> Outcome:
-    """Return the outcome; refuse all sliding parameters if `unexplained` returns a force error."""
-    error = unexplained(logs, free, outcome)
-    if error is None:
+def _values(logs: AxisLogs, from_logs: Mapping[str, Interval]) -> dict[str, float]:
+    intervals = {**sliding_intervals(from_logs, logs.bench), **from_logs}
+    return {name: interval.value for name, interval in intervals.items()}
+
+
+def _ranges(bench: Bench, from_logs: Mapping[str, Interval]) -> dict[str, tuple[float, float]]:
+    """Return the ranges in bench.yaml of the sliding parameters that are not in `from_logs`."""
+    known = {name: getattr(bench.mechanics, name) for name in SLIDING if name not in from_logs}
+    return {name: one.interval for name, one in known.items() if one is not None}
+
+
+def explained(logs: AxisLogs, outcome: Outcome) -> Outcome:
+    """Return the outcome, with the force error, if its model explains the effort.
+
+    If values in bench.yaml cause a force error above LARGEST_FORCE_ERROR, the parameters that have
+    a range in bench.yaml and are not identified get the values within their ranges that minimise
+    the force error. If the force error is still above LARGEST_FORCE_ERROR, all sliding parameters
+    are refused.
+    """
+    assert outcome.fit is not None
+    fit = with_force_error(outcome.fit, logs, outcome.from_logs)
+    outcome = replace(outcome, fit=fit)
+    if fit.force_error is None or fit.force_error <= LARGEST_FORCE_ERROR:
         return outcome
+    error = unexplained(logs, fit, outcome.from_logs)
+    if error is None:
+        ranges = _ranges(logs.bench, outcome.from_logs)
+        values = nearest_values(logs.rows, _values(logs, outcome.from_logs), fit.laws, ranges)
+        moved = {
+            name: _in_range(values[name], low, high, logs.bench)
+            for name, (low, high) in ranges.items()
+            if low < high
+        }
+        outcome = replace(outcome, narrowed={**outcome.narrowed, **moved})
+        return replace(outcome, fit=with_force_error(fit, logs, outcome.from_logs))
     reason = (
         "with values in the bench's ranges for the other parameters, the model does not explain "
         f"the effort: force error {100 * error:.3g} % (allowed: at most "
@@ -169,3 +192,9 @@ def without_unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> O
     )
     lost = [name for name in SLIDING if name in outcome.from_logs]
     return outcome.merge(Outcome(refused=dict.fromkeys(lost, reason)))
+
+
+def _in_range(value: float, low: float, high: float, bench: Bench) -> Interval:
+    """Return the interval of a value within the range [low, high] of a parameter in bench.yaml."""
+    low, high = relative(low, high, bench.actuator.constant)
+    return Interval(value, min(low, value), max(high, value))

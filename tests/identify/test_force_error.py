@@ -22,6 +22,7 @@ from frictool.identify.force_error import (
     force_error,
     friction_in_slip,
     motion_rows,
+    nearest_values,
     slip_rows,
 )
 from frictool.identify.motion_record import make_record
@@ -202,3 +203,21 @@ def test_the_window_is_halved_until_the_axis_slips_over_it(moving: int, halvings
     assert rows is not None
     longest = choose_window(log, stroke_samples(log), SMALLEST_SHARE)
     assert rows.window == pytest.approx(longest * 0.5**halvings, abs=1.0)
+
+
+def test_values_within_ranges_minimise_the_force_error() -> None:
+    """A range without the true value gives one of its ends; other values are not changed."""
+    rows = motion_rows([driven(plain_axis())], linear_bench())
+    wrong = {**SLIDING, "coulomb": 1.0, "inertia": 1.0}
+    ranges = {"coulomb": (0.0, 100.0), "inertia": (0.0, 100.0)}
+    found = nearest_values(rows, wrong, None, ranges)
+    assert found == pytest.approx(SLIDING, rel=0.02)
+    ended = nearest_values(rows, wrong, None, {**ranges, "coulomb": (10.0, 20.0)})
+    assert ended["coulomb"] == 10.0
+    errors = [force_error(rows, values, None) for values in (found, ended, wrong)]
+    assert errors == sorted(errors, key=float)
+    for factor in (0.99, 1.01):
+        other = force_error(rows, {**ended, "inertia": factor * ended["inertia"]}, None)
+        assert other is not None
+        assert errors[1] is not None
+        assert other > errors[1]

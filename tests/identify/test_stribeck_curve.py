@@ -7,9 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy
+from msgspec import structs
 
 from frictool.adapters.axis_model import axis_of
+from frictool.documents.bench import Bench
 from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Quantity
 from frictool.identify.estimators.auto import auto
 from frictool.identify.estimators.stribeck_curve import ConstantSpeedRuns, find_runs, stribeck_curve
 from frictool.identify.fit_result import UnusableLogs
@@ -124,3 +127,59 @@ def test_the_reversals_between_runs_show_the_inertia(fall: float, curve: bool) -
     assert "inertia" not in fit.refused
     for name, truth in (("viscous", VISCOUS), ("coulomb", COULOMB)):
         assert fit.parameters[name].value == pytest.approx(truth, rel=0.01)
+
+
+def staircase(runs: int, seconds: float) -> MotionRecord:
+    """Return one stroke in each direction with `runs` speeds, each lasting `seconds`.
+
+    A servo reaches each speed with a time constant of 0.04 s.
+    """
+    period = 1e-3
+    time = np.arange(round(seconds / period)) * period
+    speeds = np.linspace(20.0, 200.0, runs)
+    levels = np.concatenate([speeds, -speeds])
+    velocity = np.concatenate(
+        [
+            after + (before - after) * np.exp(-time / 0.04)
+            for before, after in zip(np.append(0.0, levels), levels, strict=False)
+        ]
+    )
+    acceleration = np.gradient(velocity, period)
+    effort = INERTIA * acceleration + VISCOUS * velocity + COULOMB * np.sign(velocity)
+    effort += np.random.default_rng(7).normal(0.0, 1e-3, effort.size)
+    position = scipy.integrate.cumulative_simpson(velocity, dx=period, initial=0.0)
+    counts = np.round(position / 0.02) * 0.02
+    clock = np.arange(velocity.size) * period
+    return make_record("staircase", clock, counts, effort, resolution=0.02, lag=1.0)
+
+
+def placeholders() -> Bench:
+    """Return a bench with a Coulomb friction that is four times too large, in a wide range."""
+    wrong = Quantity(4.0 * COULOMB, 0.0, 10.0 * COULOMB, "N m")
+    bench = clutch()
+    return structs.replace(bench, mechanics=structs.replace(bench.mechanics, coulomb=wrong))
+
+
+def test_a_staircase_of_speeds_determines_friction_with_one_stroke_in_each_direction() -> None:
+    """The runs are less than 70 % of the motion, and strokes alone do not show their scatter."""
+    log = staircase(8, 0.4)
+    result = identify_records([log], [], placeholders(), "auto", IdentificationSettings())
+    assert result.method == "stribeck-curve"
+    for name, truth in (("inertia", INERTIA), ("viscous", VISCOUS), ("coulomb", COULOMB)):
+        assert result.identified[name].low <= truth <= result.identified[name].high
+        assert result.identified[name].value == pytest.approx(truth, rel=0.05)
+
+
+def test_a_wrong_value_of_the_bench_does_not_refuse_what_a_log_determines() -> None:
+    """With three speeds, Coulomb friction is refused; some value in its range fits the effort."""
+    log = staircase(3, 0.4)
+    result = identify_records([log], [], placeholders(), "auto", IdentificationSettings())
+    assert result.identified["viscous"].value == pytest.approx(VISCOUS, rel=0.05)
+    assert "coulomb" in result.refused
+    kept = result.narrowed["coulomb"]
+    assert kept.value == pytest.approx(COULOMB, rel=0.05)
+    assert kept.low == 0.0
+    assert kept.high >= 10.0 * COULOMB
+    assert result.fit is not None
+    assert result.fit.force_error is not None
+    assert result.fit.force_error < 0.1

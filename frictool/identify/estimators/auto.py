@@ -17,11 +17,12 @@ steps fit the sliding parameters together with these loads and effects.
 5. If these steps do not identify the inertia, the weak form estimates the inertia if `assess`
    proposes this method. Otherwise, output error estimates the inertia.
 
-If more than 70 % of the motion is at constant speed, and the bench declares no loads, the Stribeck
-curve is fitted to the parts at constant speed (`stribeck_curve`). If the above steps identify the
-inertia, the curve is fitted with this inertia. If friction does not fall with speed, the result of
-the above steps is used instead of the curve, because this result also uses the samples near the
-reversals.
+If the bench declares no loads, the Stribeck curve is fitted to the parts at constant speed
+(`stribeck_curve`) in two cases: if these parts are more than 70 % of the motion, or if the above
+steps do not identify Coulomb friction, as in a staircase of speeds with one stroke in each
+direction. If the above steps identify the inertia, the curve is fitted with this inertia. If
+friction does not fall with speed, and the above steps identify viscous and Coulomb friction, their
+result is used instead of the curve, because this result also uses the samples near the reversals.
 
 Viscous friction is set to 0 if this does not worsen the prediction of strokes that the fit did not
 use. The same applies to an offset that the bench does not declare.
@@ -72,12 +73,20 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     """
     measured = any(record.velocity is not None for record in records)
     undeclared = bench.load in (None, ONLY_OFFSET)
-    if undeclared and not measured and runs_prevail(records):
+    if not undeclared or measured:
+        return _of_strokes(records, bench, settings)
+    if runs_prevail(records):
         try:
             return _of_runs(records, bench, settings)
         except UnusableLogs:
-            pass  # too few parts at constant speed for a curve
-    return _of_strokes(records, bench, settings)
+            return _of_strokes(records, bench, settings)  # too few parts at constant speed
+    strokes = _of_strokes(records, bench, settings)
+    if "coulomb" not in strokes.refused:
+        return strokes
+    try:
+        return _of_runs(records, bench, settings, strokes)
+    except UnusableLogs:
+        return strokes
 
 
 def _of_strokes(
@@ -195,21 +204,29 @@ def _more_precise(
 
 
 def _of_runs(
-    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+    records: list[MotionRecord],
+    bench: Bench,
+    settings: IdentificationSettings,
+    strokes: SlidingFit | None = None,
 ) -> SlidingFit:
     """Return the Stribeck curve of the parts at constant speed, or the fit of whole strokes.
 
-    The fit of whole strokes (`_of_strokes`) is returned if inertia, viscous friction and Coulomb
+    `strokes` is the fit of whole strokes (`_of_strokes`), or None if this fit is still to be
+    computed. The fit of whole strokes is returned if inertia, viscous friction and Coulomb
     friction are fitted, the interval of the inertia is informative (`why_uninformative`), and
     friction does not fall with speed. Otherwise, the curve is fitted with this inertia if its
     interval is informative, else with that in bench.yaml. Raises UnusableLogs if the parts do not
     determine a curve.
     """
-    why = "most of the motion consists of runs at constant speed"
+    why = (
+        "most of the motion consists of runs at constant speed"
+        if strokes is None
+        else "runs at constant speed determine friction although there are few reversals"
+    )
     curve = run(STRIBECK_CURVE, records, bench, settings)
     curve = replace(curve, method=STRIBECK_CURVE, why=f"{why}, which do not show the inertia")
     try:
-        strokes = _of_strokes(records, bench, settings)
+        strokes = strokes or _of_strokes(records, bench, settings)
     except UnusableLogs:
         return curve
     inertia = strokes.parameters.get("inertia")
