@@ -89,8 +89,8 @@ def coast_down(
             if name in fit.refused:  # the misfit contains this friction
                 raise UnusableLogs(fit.refused[name])
         raise UnusableLogs(
-            f"the drive was off, and friction leaves {100.0 * misfit:.3g} % of the deceleration "
-            f"unexplained (at most {100.0 * LARGEST_MISFIT:g} %); do not touch the axis, or "
+            f"the drive was off; friction leaves {100.0 * misfit:.3g} % of the deceleration "
+            f"unexplained (at most {100.0 * LARGEST_MISFIT:g} %); leave the axis free, or "
             "declare load.terms: [offset, spring] or [offset, gravity]"
         )
     for name in ("viscous", "coulomb"):

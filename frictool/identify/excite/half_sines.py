@@ -50,7 +50,7 @@ def spare_effort(limits: BenchLimits) -> float:
         needing = "friction and load need" if limits.load else "friction needs"
         raise NoSolutionError(
             f"effort: {100 * TOP_SHARE:g} % of the effort at the drive's limit is "
-            f"{TOP_SHARE * limits.effort:.3g}, but {needing} up to {limits.steady:.3g}, so that "
+            f"{TOP_SHARE * limits.effort:.3g}, but {needing} up to {limits.steady:.3g}, so "
             "the axis may not move; raise actuator.limit or narrow mechanics.coulomb"
         )
     return left
