@@ -14,6 +14,7 @@ from frictool.cli.terminal_escapes import printable, printable_json
 from frictool.presentation.json_text import json_text
 
 if TYPE_CHECKING:
+    from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
 
@@ -54,6 +55,16 @@ def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
     if law is not None:
         text = reference_words(law, vertices)
         note(f"warning: {path}: {text}; let the ranges in bench.yaml include these values")
+
+
+def note_travel(path: Path, bench: Bench) -> None:
+    """Warn that a test may reach an end stop, if the bench states no travel."""
+    if bench.mechanics.travel is None:
+        unless = ", unless the axis turns without end" if bench.axis == "rotary" else ""
+        note(
+            f"warning: {path}: mechanics.travel is missing, so that the test may reach an end "
+            f"stop; add it{unless}"
+        )
 
 
 def note_changes(path: Path, controller: Controller) -> None:

@@ -160,8 +160,8 @@ METRICS = (
         key="response_time_95_s",
         limit=PositiveNumber,
         meaning=(
-            "Largest time from a step of the reference until the position stays within 5 % of the "
-            "step."
+            "Largest time from a step of the reference until the position stays near its final "
+            "value, within 5 % of the step."
         ),
         rank=1,
     ),

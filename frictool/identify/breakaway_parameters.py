@@ -17,6 +17,10 @@ from frictool.identify.orientation import opposite_signs
 from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_intervals
 
 NO_RAMPS = "no log of breakaway ramps was provided"
+MAP_HIDES_OFFSET = (
+    "friction over position is fitted for each direction, and half their difference contains the "
+    "offset; the bench's value is used"
+)
 POSITION_HIDES_INERTIA = (
     "acceleration and friction both vary along a stroke, and this method cannot separate them; "
     "the bench's value is used; try --method auto or weak"
@@ -102,7 +106,10 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
         mapped = friction_map(logs.sliding, logs.ramps, ramp, axis, logs.bench, logs.settings)
     except UnusableLogs:
         return _with_laws(logs, outcome, ramp, None)
-    accepted = accept(mapped.fit.parameters, logs.bench, mapped.fit.refused)
+    refused = mapped.fit.refused
+    if "offset" not in mapped.fit.parameters:
+        refused = {"offset": MAP_HIDES_OFFSET, **refused}
+    accepted = accept(mapped.fit.parameters, logs.bench, refused)
     fit = replace(mapped.fit, why=why)
     outcome = outcome.without("viscous", "coulomb", "offset").merge(replace(accepted, fit=fit))
     return _with_laws(logs, outcome, mapped.ramp, fit.laws)

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from frictool.documents.bench import Bench
 from frictool.documents.name_list import listed
 from frictool.documents.quantity import Quantity, si_unit
+from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import DEFAULT, METHODS
@@ -49,6 +50,20 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
             if name != "offset" and known.value * interval.value > 0.0:
                 ratios[name] = interval.value / known.value
     return _other_unit(ratios, bench) + out
+
+
+def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
+    """Return a warning if a load explains the breakaway over position better than friction."""
+    law = None if ramp is None else ramp.by_position
+    slope = None if law is None else law.load_slope()
+    if slope is None:
+        return []
+    unit = si_unit("stiffness", bench.axis)
+    terms = "spring" if bench.axis == "linear" else "spring] or [offset, gravity"
+    return [
+        "breakaway over position: it rises in one direction where it falls in the other, as with a "
+        f"load of {slope:.3g} {unit}; declare load.terms: [offset, {terms}], and identify again"
+    ]
 
 
 def _other_unit(ratios: Mapping[str, float], bench: Bench) -> list[str]:

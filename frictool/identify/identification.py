@@ -25,6 +25,7 @@ from frictool.identify.fit_result import CURVE, PARAMETERS, SLIDING, SlidingFit,
 from frictool.identify.fit_warnings import (
     contradiction_warnings,
     doubt_warnings,
+    load_warnings,
     replacement_warnings,
 )
 from frictool.identify.interval_checks import NEVER_NEGATIVE, below_coulomb
@@ -209,6 +210,7 @@ def _estimate(
 
 def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list[str]:
     warnings = contradiction_warnings(outcome.identified, logs.bench)
+    warnings += load_warnings(outcome.ramp, logs.bench)
     fit = outcome.fit
     if fit is None or free is None:
         return warnings

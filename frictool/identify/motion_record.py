@@ -28,7 +28,7 @@ from frictool.adapters.servo_firmware import PendulumLoad, firmware_law, pendulu
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
-from frictool.logs.quality.time_base import encoder_step
+from frictool.logs.quality.time_base import GAP, encoder_step
 from frictool.plant.servo_firmware import ServoDrive
 from frictool.typing import IntVector, Vector
 
@@ -176,7 +176,9 @@ def make_record(
 
     Notes
     -----
-    A record with jittering intervals is interpolated to a uniform grid of the median period.
+    A record with jittering intervals is interpolated to a uniform grid of the median period. If few
+    intervals jitter and no sample is missing, such as with rounded time stamps, the samples are
+    taken as equidistant.
     """
     good = np.isfinite(time) & np.isfinite(position) & np.isfinite(effort)
     time, position, effort = time[good], position[good], effort[good]
@@ -201,9 +203,23 @@ def make_record(
             "or resample it (ingest --resample)",
         )
     broken = deviation > JITTER * period
+    regular = _regular(time, period)
+    if broken.any() and np.mean(broken) <= MOST_BROKEN and regular is not None:
+        time, period = regular, float(regular[1] - regular[0])
+        broken[:] = False
     piece = np.concatenate(([0], np.cumsum(broken))).astype(np.int64)
     record = MotionRecord(name, time, position, effort, piece, period, resolution, lag, reference)
     return _on_grid(record) if np.mean(broken) > MOST_BROKEN else record
+
+
+def _regular(time: Vector, period: float) -> Vector | None:
+    """Return equidistant times near `time`; None if a time differs by half a period or more."""
+    if np.any(np.diff(time) > GAP * period):
+        return None
+    index = np.arange(time.size)
+    slope, first = np.polyfit(index, time, 1)
+    fitted = first + slope * index
+    return fitted if np.all(np.abs(time - fitted) < 0.5 * period) else None
 
 
 def _on_grid(record: MotionRecord) -> MotionRecord:

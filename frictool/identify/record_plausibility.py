@@ -44,7 +44,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
             record.position,
             length,
             f"a position within {MOST_TRAVELS:g} times the travel ({reach:.4g} {length}) of the "
-            "median position",
+            "median position; check the unit in columns.position",
         )
     most = MOST_EFFORT * bench.actuator.limit.value * bench.actuator.constant.value
     beyond = np.abs(record.effort) > most

@@ -151,3 +151,19 @@ def test_the_planned_runs_are_found_at_their_speeds() -> None:
 def test_a_slow_sine_is_no_run() -> None:
     with pytest.raises(UnusableLogs, match="runs at a constant speed"):
         find_runs([jittering()])
+
+
+def test_rounded_time_stamps_leave_one_gap_free_piece() -> None:
+    """Stamps of a regular clock, cut to whole milliseconds, deviate by up to half a period."""
+    time = STEP * np.arange(3000)
+    stamps = time.copy()
+    stamps[100::100] += 0.45 * STEP
+    record = make_record("rounded", stamps, np.sin(time), np.cos(time), 1e-6, lag=0.001)
+    assert record.piece.max() == 0
+    assert np.abs(record.time - time).max() < 0.01 * STEP
+
+
+def test_a_missing_sample_still_begins_a_new_piece() -> None:
+    time = np.delete(STEP * np.arange(3000), 1500)
+    record = make_record("gap", time, np.sin(time), np.cos(time), 1e-6, lag=0.001)
+    assert record.piece.max() == 1

@@ -158,3 +158,15 @@ def test_topics_of_any_content_are_read_or_one_line(column: str, value: object, 
     result = run("ingest", "--guess", log, "--axis", "rotary", "-o", tmp_path / "guess.yaml")
     assert result.code in (0, 3)
     assert result.code == 0 or result.stderr.count("\n") == 1
+
+
+def test_a_unit_at_the_end_of_a_name_shows_the_kind_of_axis(tmp_path: Path) -> None:
+    """A single letter may be a label: theta_m is an angle of the motor."""
+    rows = "\n".join(f"{t:g},{x:g},{i:g}" for t, x, i in zip(TIME, MOTION, TIME, strict=True))
+    log = tmp_path / "log.csv"
+    log.write_text(f"zeit_s,winkel_deg,strom_mA\n{rows}\n")
+    guessed = run("ingest", "--guess", log, "-o", tmp_path / "guess.yaml")
+    assert guessed.code == 0, guessed.stderr
+    assert "axis: rotary" in (tmp_path / "guess.yaml").read_text()
+    log.write_text(f"zeit_s,lage_m,strom_mA\n{rows}\n")
+    refused(run("ingest", "--guess", log, "-o", tmp_path / "other.yaml"), 3, "--axis")

@@ -341,3 +341,14 @@ def test_a_plan_says_at_which_temperature_its_vertices_hold(
     assert f"warning: {bench}: {words}; let the ranges in bench.yaml include these" in said[1]
     designed = run("synth", model, "--spec", spec, "--vertices-only", "-o", tmp_path / "c.yaml")
     assert f"warning: {model}: {words}; let the ranges" in designed.stderr
+
+
+def test_a_test_without_a_known_travel_is_warned_of(tmp_path: Path) -> None:
+    mechanics = structs.replace(BELT.mechanics, travel=None)
+    bench, spec = tmp_path / "bench.yaml", tmp_path / "spec.yaml"
+    bench.write_text(to_yaml(structs.replace(BELT, mechanics=mechanics)))
+    spec.write_text(SPEC)
+    result = run("plan", bench, "--spec", spec, "-o", tmp_path / "test.mcap")
+    assert result.code == 0, result.stderr
+    assert "mechanics.travel is missing" in result.stderr
+    assert "inf" not in result.stdout

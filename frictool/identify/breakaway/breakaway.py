@@ -29,6 +29,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
+from numpy.polynomial.polynomial import polyval
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
@@ -48,6 +49,7 @@ from frictool.identify.regression.regression import LeastSquaresSolution, Singul
 from frictool.typing import Vector
 
 UNIFORM = float(np.sqrt(3.0))  # ratio of half a range to its standard deviation
+LIKE_A_LOAD = 3.0  # least ratio of the changes of load and friction over the travel
 ROUNDS = 3  # iterations between the onsets and the shape of friction over position
 GRID_POINTS = 200  # grid points over the range at which the breakaway law must be positive
 
@@ -70,6 +72,20 @@ class BreakawayOverPosition:
     powers: tuple[tuple[float, ...], tuple[float, ...]]
     coefficients: tuple[tuple[Interval, ...], tuple[Interval, ...]]
     common: bool
+
+    def load_slope(self) -> float | None:
+        """Return the slope of a load [N m/rad | N/m] that explains the law better than friction.
+
+        A load adds to the breakaway in one direction and reduces it in the other; friction over
+        position does not. The result is None unless the half difference of the two directions
+        changes over the travel at least LIKE_A_LOAD times as much as their mean.
+        """
+        position = np.linspace(self.low, self.high, 50)
+        forward, backward = (polyval(position, powers) for powers in self.powers)
+        load, friction = 0.5 * (forward - backward), 0.5 * (forward + backward)
+        if self.common or np.std(load) < LIKE_A_LOAD * np.std(friction):
+            return None
+        return float(np.polyfit(position, load, 1)[0])
 
 
 @dataclass(frozen=True)

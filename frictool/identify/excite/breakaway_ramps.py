@@ -158,9 +158,8 @@ def breakaway_ramps(
         "play every row"
         if open_loop
         else f"next segment as soon as the position has moved by {ramp.advance_on:.6g} "
-        f"{limits.unit} since the segment began; first "
-        f"segment of the other direction beyond {ramp.low:.6g} and {ramp.high:.6g} "
-        f"{limits.unit}; negative segments go backward"
+        f"{limits.unit} since the segment began; {_turning(ramp, limits.unit)}negative segments "
+        "go backward"
     )
     rules = {"advance_on": ramp.advance_on, "turn_low": ramp.low, "turn_high": ramp.high}
     figures = {
@@ -224,6 +223,15 @@ def coasting_pause(bench: Bench, rate: float, top: float, advance_on: float) -> 
     delay = bench.delay_samples * period
     left = abs(state[DRIVE]) * axis.constant * (axis.lag + delay)
     return max(PAUSE, delay + float(axis.inertia * abs(state[VELOCITY]) + left) / brake)
+
+
+def _turning(ramp: Ramp, unit: str) -> str:
+    """Return text on the positions at which the direction changes; "" without such positions."""
+    if not math.isfinite(ramp.high - ramp.low):
+        return ""
+    return (
+        f"first segment of the other direction beyond {ramp.low:.6g} and {ramp.high:.6g} {unit}; "
+    )
 
 
 def _table(

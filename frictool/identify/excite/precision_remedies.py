@@ -18,11 +18,12 @@ FACTORS = (2.0, 4.0, 16.0)
 
 
 def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> list[str]:
-    """Return a text for each single change with which the requested precision is reached.
+    """Return text on the single changes with which a test can reach the requested precision.
 
-    `needed` is the shortest duration on the unchanged bench, s; None if no duration suffices.
+    The precision is computed from the information of the test; the test is not simulated. `needed`
+    is the shortest duration on the unchanged bench, s; None if no duration suffices.
     """
-    shown = [] if needed is None else [f"a test of {needed:.3g} s"]
+    shown = [] if needed is None else [f"a test of {_seconds(needed)}"]
     for change in REMEDIES:
         for factor in FACTORS:
             changed, text = change(bench, factor)
@@ -30,11 +31,15 @@ def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> l
                 break
             duration = _duration(changed, request)
             if duration <= request.longest:
-                shown.append(f"{text} ({duration:.3g} s)")
+                shown.append(f"{text} ({_seconds(duration)})")
                 break
     if not shown:
         return ["even a factor of 16 in encoder, travel or drive limit would not suffice"]
-    return ["each of these suffices: " + "; ".join(shown)]
+    return ["one of these may suffice (not simulated): " + "; ".join(shown)]
+
+
+def _seconds(duration: float) -> str:
+    return f"{duration:.3g} s" if duration < 1000.0 else f"{duration:.0f} s"
 
 
 def _duration(bench: Bench, request: PrecisionRequest) -> float:
@@ -54,7 +59,7 @@ def _resolution(bench: Bench, factor: float) -> tuple[Bench | None, str]:
     if encoder.counts_per_revolution is not None:
         counts = factor * encoder.counts_per_revolution
         finer = replace(encoder, counts_per_revolution=counts)
-        return replace(bench, encoder=finer), f"an encoder of {counts:.4g} counts a revolution"
+        return replace(bench, encoder=finer), f"an encoder of {counts:.0f} counts a revolution"
     assert encoder.step is not None
     step = replace(encoder.step, value=encoder.step.value / factor)
     finer = replace(encoder, step=step)

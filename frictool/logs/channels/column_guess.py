@@ -33,7 +33,7 @@ from frictool.logs.channels.column_choice import (
     is_count,
     names_motion,
 )
-from frictool.logs.channels.column_names import words
+from frictool.logs.channels.column_names import unit_in, words
 from frictool.logs.channels.logger_presets import preset_of
 from frictool.logs.channels.mapping import COUNT, TIME
 from frictool.logs.channels.question import ColumnQuestion
@@ -276,10 +276,15 @@ def _liveliest_first(table: MemoryTable) -> list[str]:
 def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
     """Return the kind of axis from the units of positions and velocities, else from the names.
 
-    The result is None if units and names do not indicate the kind, or contradict each other.
+    The unit of a column may be the end of its name, as in `angle_deg`; a single letter, as in
+    `theta_m`, may be a label and is not used. The result is None if units and names do not indicate
+    the kind, or contradict each other.
     """
     units = [
-        unit for table in tables for unit in table.units.values() if unit and not is_count(unit)
+        unit
+        for table in tables
+        for name in table.columns
+        if (unit := table.units.get(name) or _long_unit(name)) and not is_count(unit)
     ]
     name_words = {word for table in tables for name in table.columns for word in words(name)}
     for axes in (
@@ -289,6 +294,11 @@ def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
         if axes:
             return axes.pop() if len(axes) == 1 else None
     return None
+
+
+def _long_unit(name: str) -> str | None:
+    unit = unit_in(name)
+    return unit if unit is not None and len(unit) > 1 else None
 
 
 def _si(
