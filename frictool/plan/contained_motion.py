@@ -29,6 +29,7 @@ from frictool.simulate.default_servo import default_servo, feedforward
 
 KEPT = 0.5  # share of the reference's margin that every axis keeps to the ends of the travel
 DESIGNS = 5  # largest number of designs, each for a shorter travel
+OVERSHORTENED = 1.2  # decrease of the travel at each end, relative to the excess
 
 
 @dataclass
@@ -61,7 +62,9 @@ class ContainedDesign:
             beyond = overrun(test.sequence, self.bench)
             if beyond <= 0.0:
                 return test
-            self.usable = _shortened(self.usable, beyond)
+            # more than the excess, which changes a little with the test
+            more = max(OVERSHORTENED * beyond, self.bench.encoder.resolution)
+            self.usable = _shortened(self.usable, more)
         unit = si_unit("position", self.bench.axis)
         raise NoSolutionError(
             f"travel: within the ranges of `mechanics`, an axis comes {beyond:.3g} {unit} too "
