@@ -10,6 +10,7 @@ from frictool.adapters.drive_bound import DriveBound
 from frictool.documents.quantity import si_unit
 from frictool.identify.assess.assessment import Assessment, ParameterAssessment
 from frictool.identify.assess.decision_text import scheme
+from frictool.identify.assess.identifiability import NO_LOADS
 
 
 def unreachable(rows: Sequence[ParameterAssessment]) -> str:
@@ -25,7 +26,9 @@ def unreachable(rows: Sequence[ParameterAssessment]) -> str:
             f"(a step of {finest.step:.3g} rad)"
         )
         coarse = [row for row in rows if row.step is not None]
-        out.append(f"{_wanted(coarse)} cannot be reached with this encoder; try {encoder}")
+        loaded = any(NO_LOADS in row.verdict.why for row in coarse)
+        reason = f", since {NO_LOADS}; remove the load, or try" if loaded else "; try"
+        out.append(f"{_wanted(coarse)} cannot be reached with this encoder{reason} {encoder}")
     longer = {row.parameter: _times_as_long(row) for row in rows if row.step is None}
     by_test = [row for row in rows if math.isfinite(longer.get(row.parameter, math.inf))]
     if by_test:

@@ -7,6 +7,7 @@ import math
 from frictool.identify.assess.assessment import Assessment, ParameterAssessment
 from frictool.identify.assess.identifiability import (
     DIFFERENTIATION,
+    NO_LOADS,
     STROKE_MEANS,
     WEAK_FORM,
     Identifiability,
@@ -101,14 +102,11 @@ def _weak(row: ParameterAssessment) -> list[str]:
         or not math.isfinite(verdict.precision)
     ):
         return []
-    return [
-        _question(
-            "from the weak form, expected",
-            percent(verdict.precision),
-            row.target,
-            verdict.identifiable,
-        )
-    ]
+    precise = verdict.precision <= row.target
+    line = _question(
+        "from the weak form, expected", percent(verdict.precision), row.target, precise
+    )
+    return [line if precise == verdict.identifiable else f"{line}, but {NO_LOADS}"]
 
 
 def _question(what: str, value: str, target: float, yes: bool) -> str:

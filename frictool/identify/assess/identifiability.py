@@ -35,6 +35,7 @@ CONFIDENCE = 0.95
 QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
 SINES_COUNTS = 20.0  # least length of a stroke minus the backlash, in encoder counts
 # identification methods that a verdict proposes
+NO_LOADS = "the weak form cannot fit load.terms"
 DIFFERENTIATION, WEAK_FORM, STROKE_MEANS = "least-squares", "weak", "sines"
 SINES = "excite --kind sines"
 RAMPS = "excite --kind breakaway"
@@ -165,7 +166,7 @@ def _inertia(facts: AssessmentInputs, wanted: float) -> Identifiability:
     refusal = refusal_of_differentiation("inertia", facts)
     bound = raw_bound("inertia", facts)
     if not facts.axis.loads.plain:
-        why = f"{refusal}; the weak form cannot fit load.terms"
+        why = f"{refusal}; {NO_LOADS}"
         return Identifiability(False, precision, bound, why)
     if precision <= wanted:
         why = f"{refusal} (weak form)"
