@@ -395,7 +395,8 @@ class Bench(
     - `encoder`: Position sensor.
     - `actuator`: Actuator and its drive.
     - `mechanics`: Values of the mechanics that are known in advance.
-    - `columns`: For each channel, the column of the log file that contains it.
+    - `columns`: For each channel, the column of the log file that contains it. Only the column of
+      `reference` may be missing in a log, as in a test of drive ramps.
     - `layout`: Layout of the log files, if it cannot be detected.
     - `quadrature`: Pairs of encoder channels to decode. Each key is the name of the new column with
       the counts.

@@ -12,6 +12,8 @@ from itertools import chain
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
+from msgspec import structs
+
 from frictool.documents.bench import Bench
 from frictool.documents.provenance import readable
 from frictool.errors import LogError
@@ -39,7 +41,13 @@ from frictool.logs.log import Log, Stream
 from frictool.logs.losses import LOST, LossList, losses_of, record_of
 from frictool.logs.open_file import head_of
 from frictool.logs.quality.time_base import TimeBase
-from frictool.logs.raw_table import LAYOUT, DataLoss, DetectedLayout, RawTable
+from frictool.logs.raw_table import (
+    LAYOUT,
+    DataLoss,
+    DetectedLayout,
+    LostColumnError,
+    RawTable,
+)
 from frictool.logs.recordings.recording_files import sources
 from frictool.logs.stream_source import SampleBlock, StreamSource
 
@@ -189,10 +197,19 @@ def add_tables(
 ) -> None:
     """Add the streams of a raw file; raise LogError if a column does not fit bench.yaml.
 
+    The column of the reference may be missing, as in a test of drive ramps; this is a warning.
+
     stem: "" for the first file of the log; the file name without suffix for any other file.
     ahead_ns: time in ns by which the file's clock leads the log's clock.
     """
     ready, findings = prepare_tables(tables, bench)
+    if _lacks_reference(ready, bench):
+        column = bench.columns["reference"].column
+        name = Path(ready[0].source).name
+        text = f"{name} has no column {column!r}, and is read without the reference"
+        findings = [*findings, lambda: (text,)]
+        others = {name: one for name, one in bench.columns.items() if name != "reference"}
+        bench = structs.replace(bench, columns=others)
     flows = bind(
         ready,
         bench,
@@ -205,6 +222,19 @@ def add_tables(
     if ahead_ns:
         _set_ahead(made, flows, ahead_ns, "given")
     made.notes.setdefault(KIND, {"kind": "measured", "bench": bench.name, "axis": bench.axis})
+
+
+def _lacks_reference(tables: Sequence[RawTable], bench: Bench) -> bool:
+    """Return True if no table has the column of the reference, but one has that of the position."""
+    reference, position = (bench.columns.get(name) for name in ("reference", "position"))
+    if reference is None or position is None:
+        return False
+    try:
+        found = [table.find(reference.column) for table in tables]
+        moving = [table.find(position.column) for table in tables]
+    except LostColumnError:
+        return False
+    return not any(name is not None for name in found) and any(name is not None for name in moving)
 
 
 def _describe(made: LogAssembly, path: Path, tables: Sequence[RawTable]) -> None:

@@ -170,3 +170,24 @@ def test_a_unit_at_the_end_of_a_name_shows_the_kind_of_axis(tmp_path: Path) -> N
     assert "axis: rotary" in (tmp_path / "guess.yaml").read_text()
     log.write_text(f"zeit_s,lage_m,strom_mA\n{rows}\n")
     refused(run("ingest", "--guess", log, "-o", tmp_path / "other.yaml"), 3, "--axis")
+
+
+def test_a_log_without_the_reference_is_read_with_a_warning(tmp_path: Path) -> None:
+    """A test of drive ramps has no reference, but comes from the same bench."""
+    columns = {
+        "time": Column("t", "s"),
+        "position": Column("x", "rad"),
+        "current": Column("i", "A"),
+        "reference": Column("goal", "rad"),
+    }
+    described = tmp_path / "bench.yaml"
+    described.write_text(to_yaml(bench(columns)))
+    rows = "\n".join(f"{t:g},{x:g},{t:g}" for t, x in zip(TIME, MOTION, strict=True))
+    log = tmp_path / "log.csv"
+    log.write_text(f"t,x,i\n{rows}\n")
+    result = run("ingest", log, "--bench", described, "-o", tmp_path / "log.mcap")
+    assert result.code == 0, result.stderr
+    assert "log.csv has no column 'goal', and is read without the reference" in result.stderr
+    assert "reference" not in read_mcap(tmp_path / "log.mcap").main.signals
+    log.write_text(f"t,y,i\n{rows}\n")
+    refused(run("ingest", log, "--bench", described, "-o", tmp_path / "no.mcap"), 3, "'x'")
