@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from frictool.adapters.axis_model import load_law
 from frictool.documents.bench import Bench
@@ -75,6 +76,11 @@ def sort_logs(
     records = shaped(records, bench)
     refuse_duplicates(every)
     warnings = [warning for record in every for warning in implausible(record, bench)]
+    warnings += [
+        f"{Path(record.name).name}: looks like sliding motion, but is given as a log of ramps"
+        for record in ramps
+        if record.velocity is None and not is_ramp(record, bench)
+    ]
     shown = [record.velocity is None and is_ramp(record, bench) for record in records]
     sliding = [record for record, ramp in zip(records, shown, strict=True) if not ramp]
     ramps = [*ramps, *(record for record, ramp in zip(records, shown, strict=True) if ramp)]

@@ -33,7 +33,7 @@ def margin_figure(spec: Spec, controller: Controller) -> PageFigure | None:
         LOG_COLOURS[0] if vertex.stable and vertex.modulus_margin >= specified else LIMIT
         for vertex in vertices
     ]
-    plot = new_plot("modulus margin", x_label="vertex, in the order of the table")
+    plot = new_plot("modulus margin", x_label="vertex, numbered as in the controller")
     plot.is_numbered = True
     plot.x_range = (0.4, len(vertices) + 0.6)
     (panel,) = plot.panels

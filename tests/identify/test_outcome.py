@@ -79,3 +79,10 @@ def test_a_refused_parameter_keeps_its_fitted_value_if_the_bench_contradicts_the
     assert kept.value == value
     assert kept.low <= wrong.interval[0]
     assert kept.high >= wrong.interval[1]
+
+
+def test_sliding_motion_given_as_ramps_is_warned_of() -> None:
+    given = [record(sines(1)), record(ramp(1))]
+    logs = sort_logs([], given, clutch(), DEFAULT, IdentificationSettings())
+    odd = [text for text in logs.warnings if "looks like sliding motion" in text]
+    assert len(odd) == 1
