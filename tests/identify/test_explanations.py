@@ -38,6 +38,7 @@ from studies.rigs.sample_logs import sines
 from studies.violations.families import draw_violation
 from studies.violations.machine import draw_machine, generator_of
 from studies.violations.recording import record as record_machine
+from tests.identify.arm import PERIOD, Arm, play, write_bench
 from tests.support.identification_statistics import experiment
 from tests.support.linear_axis import linear_bench
 from tests.support.loaded_axis import COUNT, Loaded, loaded_axis, rotary_bench
@@ -126,6 +127,40 @@ def test_late_effort_is_a_delay() -> None:
     fit = run("auto", [late], axis.bench, USUAL)
     assert used(fit) == ["delay"]
     assert fit.effects["delay"].value == pytest.approx(8e-3, rel=0.25)
+
+
+@pytest.mark.parametrize("share", [0.2, -0.2])
+def test_friction_under_the_inertial_load_only_adds_to_the_effort(share: float) -> None:
+    """A load that presses the surfaces together cannot reduce their friction."""
+    axis = loaded_axis(1, "", known=False)
+
+    def pressed(t: Vector, x: Vector, v: Vector, s: Vector) -> Vector:
+        acceleration = np.gradient(v, axis.record.period)
+        return share * axis.truth["inertia"] * np.abs(acceleration) * s
+
+    search = ExplanationSearch.of([needing(axis, pressed)], axis.bench, USUAL)
+    friction = next(one for one in search.hypotheses if one.term == "inertial_friction")
+    assert search.rows(()).visible(friction, ()) is (share > 0.0)
+
+
+@pytest.mark.parametrize("late", [0, 1])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_current_of_two_levels_is_not_explained_by_friction_under_the_inertial_load(
+    tmp_path: Path, seed: int, late: int
+) -> None:
+    """With a constant current, the acceleration almost follows from direction and current."""
+    draw = np.random.default_rng([seed, 34])
+    arm = Arm(draw.uniform(0.02, 0.1), 0.05, 0.4, 0.45, counts=int(10.0 ** draw.uniform(4.0, 5.0)))
+    hold = int(draw.uniform(100.0, 200.0))
+    pairs = draw.choice((-1.0, 1.0), (6_000 // hold, 1)) * (1.0, -1.0)
+    position, effort = play(arm, 0.8 * np.repeat(pairs.ravel(), hold))
+    effort = np.roll(effort, late) + 0.02 * draw.standard_normal(effort.size)
+    clock = np.arange(effort.size) * PERIOD
+    log = make_record("steps", clock, position, effort, resolution=arm.step, lag=1.0)
+    fit = run("auto", [log], load_document(write_bench(tmp_path, arm), Bench), USUAL)
+    assert "inertial_friction" not in used(fit)
+    for name in ("inertia", "coulomb"):
+        assert fit.parameters[name].value == pytest.approx(getattr(arm, name), rel=0.05)
 
 
 def test_hidden_acceleration_is_no_delay() -> None:

@@ -15,7 +15,9 @@ smallest prediction error is used if it passes two tests: the squared prediction
 significantly and noticeably, and the parameters of the hypothesis differ significantly from 0
 (`joint_test`). A load is rejected if an effect predicts the strokes equally well, or if the load no
 longer explains effort with smoothing windows of twice the length. At the end, a hypothesis other
-than a ripple is removed again if the prediction errors increase little without the hypothesis.
+than a ripple is removed again if the prediction errors increase little without the hypothesis, or
+if a parameter that cannot be negative, such as friction proportional to the inertial load, has
+become negative.
 
 Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify_effects.md states further conditions and the significance levels.
@@ -431,7 +433,8 @@ def search_explanations(
         others = [other for other in used if other is not one]
         if one.term in RIPPLES or not others:
             continue
-        if not _better(one, best, rows.squares(others), settings.confidence):
+        possible = rows.possible(one, others)
+        if not (possible and _better(one, best, rows.squares(others), settings.confidence)):
             used = others
             best = rows.squares(used)
             out = [kept for kept in out if kept.name != declared_term(one) or kept.what != one.what]

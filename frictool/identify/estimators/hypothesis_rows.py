@@ -101,7 +101,10 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return whether the rows determine `tested`, and noise alone cannot cause its effort.
+        """Return whether the rows determine `tested`, and only `tested` can cause its effort.
+
+        The result is False if noise alone can cause the effort, or if a parameter has an impossible
+        sign.
 
         The encoder's noise makes the fitted inertia too small, so that a part of the inertial
         effort is left over. A column of `tested` that resembles the acceleration, or the derivative
@@ -112,6 +115,8 @@ class ReducedRows:
         if indistinct_terms(self.sides[:, :, [*columns, -1]], names, self.samples.velocity.size):
             return False
         try:
+            if not self.possible(tested, others):
+                return False
             if tested.differentiates:
                 known = self.samples.fixed.get("inertia")
                 inertia = float(self.fitted(columns)[0]) if known is None else known.value
@@ -121,6 +126,18 @@ class ReducedRows:
             return gain > ABOVE_NOISE * self._gain_of_noise(fewer, columns)
         except SingularRegressors:
             return False
+
+    def possible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
+        """Return whether the parameters of `tested` have a possible sign in a fit with `others`."""
+        if not tested.positive:
+            return True
+        columns = self.columns([*others, tested])
+        values = self.fitted(columns)
+        return all(
+            value > 0.0
+            for k, value in zip(columns, values, strict=True)
+            if self.names[k] in tested.names
+        )
 
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
         """Return how much added columns reduce the mean square residual because of noise alone.

@@ -117,6 +117,7 @@ class Hypothesis:
       contains a law of the effect.
     - only_widens: True if the hypothesis widens intervals, but is not reported as an explanation of
       the effort, because more specific hypotheses explain the same effort
+    - positive: True if a negative parameter is physically impossible
     """
 
     term: str
@@ -128,6 +129,7 @@ class Hypothesis:
     differentiates: bool = False
     needs_temperature: bool = False
     only_widens: bool = False
+    positive: bool = False
 
 
 @dataclass(frozen=True)
@@ -317,6 +319,7 @@ EFFECTS = (
         WHAT["inertial_friction"],
         "repeat the motion with another load, or declare load.terms: [offset, inertial_friction]",
         columns=_inertial_friction,
+        positive=True,
     ),
     Effect(
         "delay",
