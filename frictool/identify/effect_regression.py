@@ -60,6 +60,8 @@ SCALED = ("inertia", "viscous")  # parameters that a wrong gain of the encoder s
 # largest rms effort of the effects relative to the rms effort; an effect that resembles inertia or
 # friction could otherwise be fitted with any effort
 LARGEST_EFFORT = 0.2
+# largest eccentricity of an encoder, rad: ten times the error of a usual magnetic encoder
+LARGEST_ECCENTRICITY = 0.05
 
 
 @dataclass(frozen=True)
@@ -357,6 +359,7 @@ class EffectRegression:
         more = [one for one in hypotheses if one not in self.used]
         factor = self._plausible(more, hypotheses)
         shift = {name: factor * (values[name] - alone[name]) for name in self.names}
+        shift = self._limited(shift, factor, hypotheses)
         before = self.rows.squares(self.used)
         after = self.rows.squares(hypotheses)
         held_out = 1.0
@@ -364,6 +367,28 @@ class EffectRegression:
             held_out = float(np.sum(after) / max(np.sum(before), 1e-300))
         what = tuple(one.what for one in more)
         return [AcceptedEffects(what, significance, shift, held_out)]
+
+    def _limited(
+        self, shift: Mapping[str, float], factor: float, hypotheses: Sequence[Hypothesis]
+    ) -> dict[str, float]:
+        """Return the shifts `shift` with a limited part due to an eccentric encoder.
+
+        `shift` is `factor` times the change by `hypotheses`. An eccentric encoder multiplies
+        inertia and viscous friction by a factor within 1 +- LARGEST_ECCENTRICITY. Over less than a
+        turn, its columns resemble these parameters, so that any factor may be fitted.
+        """
+        others = [one for one in hypotheses if one.term != ECCENTRICITY or one in self.used]
+        alone = self._values(self.used)
+        without = self._values(others) if len(others) < len(hypotheses) else None
+        if alone is None or without is None:
+            return dict(shift)
+        out = dict(shift)
+        for name in SCALED:
+            if name in out:
+                other = factor * (without[name] - alone[name])
+                limit = LARGEST_ECCENTRICITY * abs(alone[name])
+                out[name] = other + float(np.clip(out[name] - other, -limit, limit))
+        return out
 
     def _values(self, hypotheses: Sequence[Hypothesis]) -> dict[str, float] | None:
         columns = self.rows.columns(hypotheses)

@@ -288,6 +288,30 @@ def test_an_eccentric_encoder_over_half_a_turn_widens_by_its_local_gain(bench: B
     assert inertia.low <= 0.01 <= inertia.high
 
 
+@pytest.mark.parametrize("seed", [1, 4])
+def test_an_eccentricity_that_no_encoder_has_does_not_widen(bench: Bench, seed: int) -> None:
+    """Over 0.1 rad, a wrong gain of the encoder looks like any change of viscous friction.
+
+    Here, friction over position looks like a gain that is wrong by a half.
+    """
+    time = np.arange(12_000) * PERIOD
+    position = 0.03 * np.sin(4.0 * time) + 0.02 * np.sin(9.1 * time)
+    velocity = 0.12 * np.cos(4.0 * time) + 0.182 * np.cos(9.1 * time)
+    acceleration = -0.48 * np.sin(4.0 * time) - 1.6562 * np.sin(9.1 * time)
+    phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi)
+    coulomb = COULOMB * (1.0 + 0.05 * np.cos(100.0 * position + phase))
+    effort = 0.1 * acceleration + 0.5 * velocity + coulomb * np.sign(velocity)
+    effort += np.random.default_rng(1).normal(0.0, 2e-3, time.size)
+    record = make_record("log", time, position, effort, resolution=1e-6, lag=1.0)
+    fit, _ = both(record, bench)
+    regression = effect_regression(fit, [record], bench, 0.95)
+    assert regression is not None
+    eccentric = [one for one in regression.accepted() if one.what == ("an eccentric encoder",)]
+    assert len(eccentric) == 1
+    for name in ("inertia", "viscous"):
+        assert abs(eccentric[0].shift[name]) <= 0.0501 * fit.parameters[name].value
+
+
 def test_an_effect_that_was_removed_widens_nothing(bench: Bench) -> None:
     """`auto` removes a drift of the offset, which a fit without it would count as uncertainty."""
     _, time, _ = axis()
