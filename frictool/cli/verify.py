@@ -33,8 +33,8 @@ are listed as not computed.
 
 With --model, three more conditions are checked: the model lies within the verified intervals, its
 bench has the controller's drive limit, winding and encoder, and the loop has the specified modulus
-margin at every vertex of the model's intervals, also with the model's resonances. Properties of the
-model that no margin covers are listed.
+margin at every vertex of the model's intervals, also with the model's resonances and spring.
+Properties of the model that no margin covers are listed.
 
 A proof.yaml of `frictool prove` is proved again from the documents in it; every stored value must
 follow from them.

@@ -19,7 +19,7 @@ from frictool.documents.design import (
 from frictool.documents.design_blocks import SmoothingSamples, refuse_overflowing_prefilter
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
-from frictool.documents.quantity import Axis
+from frictool.documents.quantity import Axis, StiffnessEstimate
 from frictool.documents.resonances import Resonances
 from frictool.documents.synthesis_methods import StoredMethod
 from frictool.runtime.object_view import ObjectView
@@ -539,6 +539,9 @@ class Controller(
     - `schedule`: Controllers for gain scheduling, if the design requests them.
     - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices
       include the resonances; norms and certificate do not.
+    - `stiffness`: Stiffness of the spring in the model. Stability and the modulus margin at the
+      vertices are verified without the spring and at both ends of the stiffness. Norms and
+      certificate are valid without the spring.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is replaced
       by its last valid value. After more invalid samples, the drive becomes 0 and the fault flag is
       set.
@@ -571,6 +574,7 @@ class Controller(
     weights: CertifiedWeights | None = None
     schedule: Schedule | None = None
     resonances: Resonances | None = None
+    stiffness: StiffnessEstimate | None = None
     measurement_hold_samples: HoldSamples = DEFAULT_HOLD_SAMPLES
 
     @property

@@ -221,7 +221,8 @@ class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Position-dependent load; a positive load opposes a positive effort, as `offset` does.
 
-    - `stiffness`: Stiffness of a spring that is relaxed at position 0.
+    - `stiffness`: Stiffness of a spring that is relaxed at position 0; a preload is part of the
+      offset. The design of a controller then needs the travel in bench.yaml.
     - `gravity`: Gravity of an unbalanced arm.
     - `ripple`: Effort ripple.
     - `harmonics`: Ripple components with other periods than `ripple`, such as harmonics.

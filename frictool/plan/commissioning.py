@@ -228,7 +228,7 @@ def _designed(
         )
         return PlanStep("ranges", why, None, reached, model, exit_code=EXIT_NO)
     if refusal_of(exact_model(model)) is not None:
-        why = f"no controller meets the specification even for exact parameters: {refusal}{unseen}"
+        why = f"no controller is found even for exact parameters: {refusal}{unseen}"
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
     wanted = {
         one.parameter: FINER * one.share

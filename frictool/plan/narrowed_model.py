@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 from msgspec import structs
 
 from frictool.documents.bench import Bench
+from frictool.documents.laws import Gravity, Load, Ripple
 from frictool.documents.model import Model
-from frictool.documents.quantity import FROM_LOGS, Quantity
+from frictool.documents.quantity import FROM_LOGS, Estimate, Quantity
 from frictool.identify.model_document import BREAKAWAY_RATIO, LARGEST_BREAKAWAY_RATIO
+
+Term = TypeVar("Term", Gravity, Ripple)
 
 NARROWED = ("inertia", "viscous", "coulomb", "breakaway", "offset")
 
@@ -47,7 +52,10 @@ def narrowed_model(model: Model) -> Model:
 
 
 def exact_model(model: Model) -> Model:
-    """Return the model with exact values, from the logs or the bench, in place of intervals."""
+    """Return the model with exact values, from the logs or the bench, in place of intervals.
+
+    The load that depends on the position has exact values, too.
+    """
     exact = {
         name: structs.replace(one, low=one.value, high=one.value)
         for name in NARROWED
@@ -58,4 +66,24 @@ def exact_model(model: Model) -> Model:
         model.bench, mechanics=structs.replace(model.bench.mechanics, **mechanics)
     )
     parameters = structs.replace(model.parameters, **exact)
-    return structs.replace(model, parameters=parameters, bench=bench)
+    laws = model.laws
+    if laws is not None and laws.load is not None:
+        laws = structs.replace(laws, load=_exact_load(laws.load))
+    return structs.replace(model, parameters=parameters, bench=bench, laws=laws)
+
+
+def _exact_load(load: Load) -> Load:
+    return Load(
+        None if load.stiffness is None else _exact_value(load.stiffness),
+        None if load.gravity is None else _exact(load.gravity),
+        None if load.ripple is None else _exact(load.ripple),
+        tuple(map(_exact, load.harmonics)),
+    )
+
+
+def _exact(term: Term) -> Term:
+    return structs.replace(term, sine=_exact_value(term.sine), cosine=_exact_value(term.cosine))
+
+
+def _exact_value(one: Estimate) -> Estimate:
+    return structs.replace(one, low=one.value, high=one.value)

@@ -1,16 +1,17 @@
 """Axis (thesis 5.48) as a linear system of drive lag, inertia and viscous friction.
 
-    tau i' = u - i          v' = k i - s v - f w + p w_D          x' = v          eta' = v_c - v
+    tau i' = u - i          v' = k i - s v - c x - f w + p w_D    x' = v          eta' = v_c - v
 
     inputs   u commanded drive [A or V], v_c speed reference, w friction in [-1, 1], w_D effort of
              the uncertainty channel
     outputs  i drive, v speed, eta = integral of v_c - position
 
-Coulomb friction enters as the input w. The rates are k = K/J, s = sigma_v/J, f = F_c/J and p = d/J:
-J is the inertia, K the actuator's constant, sigma_v the viscous friction, F_c the Coulomb friction,
-and d the unit of the uncertainty channel. tau is the drive's lag; without a lag the drive equals
-the command. The linearised plant (5.49) is the same system with other values of k, s, f and p. A
-sampled axis has exact zero-order holds at its inputs.
+Coulomb friction enters as the input w. The rates are k = K/J, s = sigma_v/J, c = k_s/J, f = F_c/J
+and p = d/J: J is the inertia, K the actuator's constant, sigma_v the viscous friction, k_s the
+stiffness of a spring on the axis, F_c the Coulomb friction, and d the unit of the uncertainty
+channel. With a spring, the system is valid for v_c = 0 only, because x is then -eta. tau is the
+drive's lag; without a lag the drive equals the command. The linearised plant (5.49) is the same
+system with other values of k, s, f and p. A sampled axis has exact zero-order holds at its inputs.
 """
 
 from __future__ import annotations
@@ -32,13 +33,14 @@ class AxisRates:
 
     drive: actuator's constant [rad/s^2 or m/s^2 per A or V]. viscous: viscous friction [1/s].
     friction: Coulomb friction [rad/s^2 or m/s^2]. push: unit of the uncertainty channel [rad/s^2 or
-    m/s^2].
+    m/s^2]. spring: stiffness of a spring on the axis [1/s^2].
     """
 
     drive: float
     viscous: float
     friction: float
     push: float = 0.0
+    spring: float = 0.0
 
 
 def linear_axis(
@@ -55,13 +57,14 @@ def linear_axis(
     s = rates.viscous
     f = rates.friction
     p = rates.push
+    spring = rates.spring
     if lag > 0.0:
-        a = np.array([[-1.0 / lag, 0.0, 0.0], [k, -s, 0.0], [0.0, -1.0, 0.0]])
+        a = np.array([[-1.0 / lag, 0.0, 0.0], [k, -s, spring], [0.0, -1.0, 0.0]])
         b = np.array([[1.0 / lag, 0.0, 0.0, 0.0], [0.0, 0.0, -f, p], [0.0, 1.0, 0.0, 0.0]])
         c = np.eye(3)
         d = np.zeros((3, 4))
     else:
-        a = np.array([[-s, 0.0], [-1.0, 0.0]])
+        a = np.array([[-s, spring], [-1.0, 0.0]])
         b = np.array([[k, 0.0, -f, p], [0.0, 1.0, 0.0, 0.0]])
         c = np.vstack([np.zeros((1, 2)), np.eye(2)])
         d = np.zeros((3, 4))

@@ -12,6 +12,7 @@ import itertools
 from frictool.documents import controller as stored
 from frictool.errors import NoSolutionError
 from frictool.presentation.tie_rule import largest, smallest
+from frictool.synth.load_disturbance import stiffness_of
 from frictool.synth.surrounding_blocks import SurroundingBlocks
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
 from frictool.verify.document_check import check_feedback, limiter_brake
@@ -26,6 +27,7 @@ from frictool.verify.loop_figures import (
 from frictool.verify.loop_wording import delay_words, plant_words
 from frictool.verify.resonant_loop import ResonantCheck, require_margin, resonant_check
 from frictool.verify.speed_loop import is_required
+from frictool.verify.spring_loop import SpringCheck, require_spring_margin, spring_check
 
 COUNT_LIMIT = 4.0  # largest drive after one encoder count, in multiples of the drive's limit
 
@@ -41,8 +43,8 @@ def accept(
     linear: stored form of the candidate's linear controller. around: blocks around the linear
     controller. The test fails in these cases:
 
-    - A loop with the delay in bench.yaml, with or without the model's resonances, is unstable or
-      has less than the specified modulus margin.
+    - A loop with the delay in bench.yaml, with or without the model's resonances and spring, is
+      unstable or has less than the specified modulus margin.
     - With coefficients rounded to double or float, the margin is less than specified, or the norm
       is more than 1 % larger than without rounding.
     - The virtual friction of a limiter is unstable at rest, or the drive after one encoder count is
@@ -71,6 +73,7 @@ def accept(
         )
     _brake(problem, around)
     resonant(problem, loops.feedbacks())
+    sprung(problem, loops.feedbacks())
     worst_norm = max(vertex.sampled_norm for vertex in vertices)
     rounded = [loops.rounded(number) for number in (*HELD, *OFFERED)]
     for one in rounded[: len(HELD)]:
@@ -105,6 +108,25 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
     for samples in _required(problem):
         now = resonant_check(loops, problem.box.vertices, problem.lag, samples, resonances)
         require_margin(now, resonances, required if samples == problem.delay else 0.0)
+        check = now if samples == problem.delay else check
+    return check
+
+
+def sprung(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> SpringCheck | None:
+    """Return the worst margin of the loops with the spring of the model.
+
+    The result is None if the model has no spring. Raises NoSolutionError if a loop is unstable or
+    has less than the specified modulus margin.
+    """
+    stiffness, resonances = stiffness_of(problem.model), problem.model.resonances
+    if stiffness is None:
+        return None
+    required = problem.spec.modulus_margin or 0.0
+    check = None
+    for samples in _required(problem):
+        axis = problem.lag, samples
+        now = spring_check(loops, problem.box.vertices, axis, stiffness, resonances)
+        require_spring_margin(now, required if samples == problem.delay else 0.0)
         check = now if samples == problem.delay else check
     return check
 

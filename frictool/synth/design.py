@@ -19,11 +19,11 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.parameter_box import enclosing_box
 from frictool.runtime.object_view import ResultView
-from frictool.synth.acceptance import accept, resonant, unstable_earlier
+from frictool.synth.acceptance import accept, resonant, sprung, unstable_earlier
 from frictool.synth.certificate_bounds import certified_weights, certify
 from frictool.synth.controller_schedule import verified_schedule
 from frictool.synth.feasibility import check_feasible
-from frictool.synth.load_disturbance import disturbance
+from frictool.synth.load_disturbance import disturbance, stiffness_of
 from frictool.synth.lpv import bound
 from frictool.synth.methods import solver
 from frictool.synth.realisation import running_in_sections, stored_forms
@@ -132,6 +132,8 @@ def synthesise_verified(
         notes = (*notes, earlier)
     if controller.resonances is not None:
         notes = (*notes, _with_resonances(posed, controller))
+    if controller.stiffness is not None:
+        notes = (*notes, *_with_spring(posed, controller))
     if design.scheduled:
         progress("verification of the scheduled controller")
         controller = msgspec.structs.replace(
@@ -156,6 +158,16 @@ def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> 
         f"with the resonances of {', '.join(controller.resonances.links)}: stable, modulus margin "
         f"at least {check.modulus_margin:.3f} "
         f"({check.where}); norms, bounds and certificate are of the plant without resonances"
+    )
+
+
+def _with_spring(posed: SynthesisProblem, controller: stored.Controller) -> tuple[str, ...]:
+    check = sprung(posed, feedbacks_of(controller))
+    if check is None:
+        return ()
+    return (
+        f"with the spring: stable, modulus margin at least {check.modulus_margin:.3f} "
+        f"({check.where}); norms, bounds and certificate are of the plant without the spring",
     )
 
 
@@ -298,6 +310,7 @@ def controller_document(
         bench=bench,
         provenance=provenance,
         resonances=posed.model.resonances,
+        stiffness=stiffness_of(posed.model),
         measurement_hold_samples=design.measurement_hold_samples,
     )
 

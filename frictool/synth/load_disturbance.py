@@ -3,18 +3,22 @@
     offset     constant
     gravity    s sin x + c cos x at the position x, at most its amplitude
     ripple     s sin x + c cos x at the phase x of the ripple, at most its amplitude
+    spring     stiffness x + offset at the position x, at most its value at an end of the travel
 
-s and c are coefficients of the model, which are known within intervals.
+s, c, stiffness and offset are coefficients of the model, which are known within intervals. The
+offset moves the position at which the spring is relaxed, so that both are bounded together.
 
-The plants of the polytope do not contain the load. A spring raises an error, because the loop is
-not designed for its stiffness.
+The plants of the polytope do not contain the load. The loops at their vertices are also verified
+with the stiffness of the spring (verify/spring_loop.py).
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
+from frictool.documents.laws import Load
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate
 from frictool.errors import NoSolutionError
@@ -25,6 +29,8 @@ class LoadDisturbance:
     """Largest load terms, and the efforts that can hold the load [N m | N].
 
     - offset, gravity, ripple: largest absolute value of each load term
+    - spring: largest absolute value of the sum of spring and offset on the travel; the field
+      `offset` is then 0
     - available: effort of the actuator at its limit
     - breakaway: lower end of the interval of the breakaway friction
     """
@@ -32,39 +38,34 @@ class LoadDisturbance:
     offset: float
     gravity: float
     ripple: float
+    spring: float
     available: float
     breakaway: float
 
     @property
     def total(self) -> float:
-        """Return the sum of offset, gravity and ripple."""
-        return self.offset + self.gravity + self.ripple
+        """Return the sum of offset, gravity, ripple and spring."""
+        return self.offset + self.gravity + self.ripple + self.spring
 
 
 def disturbance(model: Model) -> LoadDisturbance:
     """Return the largest load terms within the intervals of the model.
 
-    Raises NoSolutionError if the load has a spring, or if the sum of load and Coulomb friction may
-    exceed the actuator's effort.
+    Raises NoSolutionError if the load has a spring with a negative stiffness or on a bench without
+    a travel, or if the sum of load and Coulomb friction may exceed the actuator's effort.
     """
-    load = model.laws.load if model.laws else None
+    load = (model.laws.load if model.laws else None) or Load()
     today = model.parameters
     actuator = model.bench.actuator
-    gravity = ripple = 0.0
-    if load is not None:
-        if load.stiffness is not None:
-            spring = load.stiffness
-            unit = load.stiffness.unit
-            raise NoSolutionError(
-                f"laws.load.stiffness is {spring.value:.4g} {unit}: the design needs an axis "
-                "without a spring; remove the spring from the axis or, if its effort is "
-                "negligible, delete this key"
-            ).at("model", "laws.load.stiffness")
-        gravity = 0.0 if load.gravity is None else amplitude(load.gravity.sine, load.gravity.cosine)
-        ripple = sum(amplitude(one.sine, one.cosine) for one in load.ripples)
-    offset = largest(today.offset)
+    gravity = 0.0 if load.gravity is None else amplitude(load.gravity.sine, load.gravity.cosine)
+    ripple = sum(amplitude(one.sine, one.cosine) for one in load.ripples)
+    offset, spring = largest(today.offset), 0.0
+    if load.stiffness is not None:
+        offset, spring = 0.0, _spring_with_offset(load.stiffness, model)
     available = actuator.constant.interval[0] * actuator.limit.value
-    estimate = LoadDisturbance(offset, gravity, ripple, available, today.breakaway.interval[0])
+    estimate = LoadDisturbance(
+        offset, gravity, ripple, spring, available, today.breakaway.interval[0]
+    )
     friction = largest(today.coulomb)
     if estimate.total + friction >= available:
         raise NoSolutionError(
@@ -73,6 +74,35 @@ def disturbance(model: Model) -> LoadDisturbance:
             "narrow the intervals of load and coulomb, or raise actuator.limit"
         ).at("model", "parameters.coulomb")
     return estimate
+
+
+def stiffness_of(model: Model) -> Estimate | None:
+    """Return the stiffness of the model's spring; None if there is no spring."""
+    load = model.laws.load if model.laws else None
+    return None if load is None else load.stiffness
+
+
+def _spring_with_offset(stiffness: Estimate, model: Model) -> float:
+    """Return the largest absolute value of stiffness x + offset at all positions x of the travel.
+
+    The value is that of one corner of the intervals of stiffness, offset and position.
+    """
+    travel = model.bench.mechanics.travel
+    named = f"laws.load.stiffness is {stiffness.value:.4g} {stiffness.unit}"
+    if stiffness.value < 0.0:
+        raise NoSolutionError(
+            f"{named}; allowed: >= 0, because a negative stiffness drives the axis away from rest; "
+            "balance the axis or, if this effort is negligible, delete this key"
+        ).at("model", "laws.load.stiffness")
+    if travel is None:
+        raise NoSolutionError(
+            f"{named}: without a travel, the effort of the spring has no bound; write "
+            "mechanics.travel of the bench (low, high), measured from the encoder's zero"
+        ).at("model", "laws.load.stiffness")
+    corners = itertools.product(
+        stiffness.interval, (travel.low, travel.high), model.parameters.offset.interval
+    )
+    return max(abs(slope * position + offset) for slope, position, offset in corners)
 
 
 def largest(estimate: Estimate) -> float:

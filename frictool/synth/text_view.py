@@ -291,9 +291,10 @@ def _schedule(controller: Controller) -> list[str]:
 def _disturbance(load: LoadDisturbance, unit: str) -> list[str]:
     if load.total == 0.0:
         return []
+    labels = {"spring": "spring and offset"}
     parts = [
-        f"{name} {value:.4g}"
-        for name in ("offset", "gravity", "ripple")
+        f"{labels.get(name, name)} {value:.4g}"
+        for name in ("spring", "offset", "gravity", "ripple")
         if (value := getattr(load, name))
     ]
     share = (

@@ -12,7 +12,7 @@ from frictool.documents.name_list import listed
 from frictool.plant.polytope import PARAMETERS
 from frictool.verify.document_box import box_of
 from frictool.verify.loop_wording import plant_units
-from frictool.verify.rig_facts import ROUNDING, different_facts, facts_of
+from frictool.verify.rig_facts import ROUNDING, different_facts, different_stiffness, facts_of
 
 MARGIN_PARAMETERS = (
     "inertia",
@@ -30,15 +30,27 @@ def differences(
     """Return a phrase for each fact and each parameter that contradicts the verification.
 
     A fact (verify/rig_facts.py) contradicts the verification if it differs from the same fact of
-    the controller's bench. A parameter contradicts the verification if its interval in `ranges`
-    [SI] is not inside the verified interval.
+    the controller's bench, and the stiffness of a spring if the loops were not verified with it. A
+    parameter contradicts the verification if its interval in `ranges` [SI] is not inside the
+    verified interval.
     """
-    return (*different_facts(controller.bench, facts), *parameters_outside(controller, ranges))
+    bench, stiffness = controller.bench, facts.get("stiffness", 0.0)
+    return (
+        *different_facts(bench, facts),
+        *different_stiffness(bench, controller.stiffness, (stiffness, stiffness)),
+        *parameters_outside(controller, ranges),
+    )
 
 
 def model_differences(controller: Controller, model: Model) -> tuple[str, ...]:
     """Return a phrase for each property of `model` that the verification does not cover."""
-    return differences(controller, facts_of(model.bench, model), intervals(model))
+    load = None if model.laws is None else model.laws.load
+    spring = None if load is None else load.stiffness
+    ends = (0.0, 0.0) if spring is None else spring.interval
+    return (
+        *different_stiffness(controller.bench, controller.stiffness, ends),
+        *differences(controller, facts_of(model.bench), intervals(model)),
+    )
 
 
 def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ from frictool.verify.margins import sensitivity
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.resonant_loop import require_margin, resonant_check
 from frictool.verify.speed_loop import LoopCheck, check_loop, is_required
+from frictool.verify.spring_loop import require_spring_margin, spring_check
 from frictool.verify.stored_forms import check_forms
 from frictool.verify.vertices import vertex_points
 
@@ -97,6 +98,7 @@ def check_document(controller: Controller, *, margins: bool = False) -> None:
     try:
         _vertices(controller, margins)
         _resonant(controller)
+        _sprung(controller)
         check_forms(controller)
     except NOT_EVALUABLE as error:
         raise NoSolutionError(
@@ -199,22 +201,38 @@ def _resonant(controller: Controller) -> None:
     lag = controller.bench.actuator.loop_time_constant_s
     loops = feedbacks_of(controller)
     points = vertex_points(controller)
-    for samples in sorted(
-        {
-            check.delay_samples
-            for vertex in controller.verified.vertices
-            for check in vertex.checks
-            if is_required(check.delay_samples, controller.delay_samples)
-        }
-    ):
-        required = (
-            controller.verified.modulus_margin_specified
-            if samples == controller.delay_samples
-            else 0.0
-        )
+    for samples, required in _requirements(controller):
         require_margin(
             resonant_check(loops, points, lag, samples, resonances),
             resonances,
             required,
             controller.name,
         )
+
+
+def _sprung(controller: Controller) -> None:
+    """Check the loops with the document's spring, with the delays and margins of `_resonant`."""
+    stiffness = controller.stiffness
+    if stiffness is None:
+        return
+    lag = controller.bench.actuator.loop_time_constant_s
+    loops = feedbacks_of(controller)
+    points = vertex_points(controller)
+    for samples, required in _requirements(controller):
+        check = spring_check(loops, points, (lag, samples), stiffness, controller.resonances)
+        require_spring_margin(check, required * (1.0 - TOLERANCE), controller.name)
+
+
+def _requirements(controller: Controller) -> tuple[tuple[int, float], ...]:
+    """Return each delay [samples] at which loops must be stable, and the required margin."""
+    delays = {
+        check.delay_samples
+        for vertex in controller.verified.vertices
+        for check in vertex.checks
+        if is_required(check.delay_samples, controller.delay_samples)
+    }
+    specified = controller.verified.modulus_margin_specified
+    return tuple(
+        (samples, specified if samples == controller.delay_samples else 0.0)
+        for samples in sorted(delays)
+    )

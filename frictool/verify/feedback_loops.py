@@ -15,10 +15,10 @@ observer's estimate from m and from the drive. The path from the drive to the ob
 of the controller: the loop is opened after controller and observer.
 
 A proportional law is linear and gives a second, outer loop; both loops are checked. In a loop that
-feeds back the speed only, the position is not a state. A square-root law, a limiter and friction
-compensation are nonlinear and not part of any loop. The virtual friction of a limiter is checked in
-a separate loop near standstill, with the largest slope F_cv/v_r of the friction (F_cv: virtual
-Coulomb friction, v_r: virtual speed).
+feeds back the speed only, the position is a state only on an axis with a spring. A square-root law,
+a limiter and friction compensation are nonlinear and not part of any loop. The virtual friction of
+a limiter is checked in a separate loop near standstill, with the largest slope F_cv/v_r of the
+friction (F_cv: virtual Coulomb friction, v_r: virtual speed).
 
     L(z) = -(transfer from the commanded to the requested drive),  sensitivity 1/(1 + L)
 """
@@ -283,7 +283,7 @@ def measured_axis(
 ) -> DiagramBlock:
     """Return the sampled axis of linear_axis.py with the outputs speed and measured signals `sees`.
 
-    The position is a state only if it is measured.
+    The position is a state only if it is measured or has a spring.
     """
     axis = linear_axis(rates, lag, period, resonance).system
     n = axis.order
@@ -303,8 +303,9 @@ def measured_axis(
             for name in ("speed", *sees)
         ]
     )
+    positioned = ETA in sees or rates.spring != 0.0
     kept = [
-        k for k in range(n + 1) if (k != n - 1 or ETA in sees) and (k != n or DIFFERENCE in sees)
+        k for k in range(n + 1) if (k != n - 1 or positioned) and (k != n or DIFFERENCE in sees)
     ]
     whole = Lti(a[np.ix_(kept, kept)], b[kept], c[:, kept], np.zeros((len(c), m)), period)
     return DiagramBlock(whole, INPUTS, ("speed", *sees))

@@ -13,6 +13,7 @@ from frictool.presentation.tie_rule import smallest
 from frictool.verify.certified_intervals import model_differences
 from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.resonant_loop import ResonantCheck, resonant_check
+from frictool.verify.spring_loop import SpringCheck, spring_check
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class ModelCheck:
     - margin, plant: the smallest modulus margin, and the plant with this margin
     - specified: specified modulus margin
     - resonant: margin with the model's resonances; None if the model has no resonances
+    - sprung: margin with the model's spring; None if the model has no spring
     - outside_margins: names of the model's nonlinear effects, which no margin takes into account
     """
 
@@ -34,13 +36,14 @@ class ModelCheck:
     plant: PlantPoint
     plants: int
     resonant: ResonantCheck | None
+    sprung: SpringCheck | None
     outside_margins: tuple[str, ...]
 
     @property
     def holds(self) -> bool:
         """Return True if `beyond` is empty and all margins are at least the specified margin."""
-        margins = [self.margin, *([] if self.resonant is None else [self.resonant.modulus_margin])]
-        return not self.beyond and min(margins) >= self.specified
+        parts = [part.modulus_margin for part in (self.resonant, self.sprung) if part is not None]
+        return not self.beyond and min([self.margin, *parts]) >= self.specified
 
 
 def check_model(controller: Controller, model: Model) -> ModelCheck:
@@ -81,9 +84,21 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
         resonant = resonant_check(
             feedbacks_of(controller), points, lag, controller.delay_samples, model.resonances
         )
-    beyond = model_differences(controller, model)
+    load = None if model.laws is None else model.laws.load
+    sprung = None
+    if load is not None and load.stiffness is not None:
+        axis = lag, controller.delay_samples
+        loops = feedbacks_of(controller)
+        sprung = spring_check(loops, points, axis, load.stiffness, model.resonances)
     return ModelCheck(
-        beyond, margin, specified, points[index], len(points), resonant, outside_margins(model)
+        model_differences(controller, model),
+        margin,
+        specified,
+        points[index],
+        len(points),
+        resonant,
+        sprung,
+        outside_margins(model),
     )
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
-from frictool.documents.quantity import si_unit
+from frictool.documents.quantity import Estimate, si_unit
 
 RECORD = "played_rig"  # metadata record that maps each fact to its number as JSON
 ROUNDING = 1e-9  # relative tolerance of facts and of interval ends
@@ -68,15 +68,40 @@ def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, .
     """Return a phrase for each fact that differs from the bench of the verification.
 
     An example of a phrase is `drive limit 5 A, verified 10 A`. A fact that is missing in `facts` is
-    left out.
+    left out, and so is the stiffness of a spring, which `different_stiffness` compares.
     """
     known = facts_of(verified)
     others = {
         name: facts[name]
         for name, value in known.items()
-        if not math.isclose(facts.get(name, value), value, rel_tol=ROUNDING)
+        if name != "stiffness" and not math.isclose(facts.get(name, value), value, rel_tol=ROUNDING)
     }
-    return tuple(_phrase(name, value, known[name], verified) for name, value in others.items())
+    return tuple(
+        _phrase(name, value, _shown(known[name], _unit(name, verified)), verified)
+        for name, value in others.items()
+    )
+
+
+def different_stiffness(
+    verified: Bench, spring: Estimate | None, ends: tuple[float, float]
+) -> tuple[str, ...]:
+    """Return a phrase if a stiffness was not covered by the verification, else an empty tuple.
+
+    - spring: stiffness with which the loops were verified; None if they had no spring
+    - ends: interval of the stiffness [N m/rad | N/m], 0 without a spring
+
+    A controller is verified without a spring and at both ends of the interval of `spring`. It
+    therefore covers every stiffness from 0 to these ends.
+    """
+    low, high = (0.0, 0.0) if spring is None else spring.interval
+    low, high = min(0.0, low), max(0.0, high)
+    tolerance = ROUNDING * max(abs(low), abs(high))
+    if low - tolerance <= ends[0] <= ends[1] <= high + tolerance:
+        return ()
+    unit = _unit("stiffness", verified)
+    covered = _shown(high, unit) if low == high else f"{low:.6g} to {_shown(high, unit)}"
+    worst = max(ends, key=lambda end: max(end - high, low - end))
+    return (_phrase("stiffness", worst, covered, verified),)
 
 
 def missing_facts(facts: Mapping[str, float]) -> tuple[str, ...]:
@@ -102,13 +127,15 @@ def facts_of_text(record: Mapping[str, str]) -> dict[str, float]:
     return facts
 
 
-def _phrase(name: str, present: float, known: float, bench: Bench) -> str:
-    label, unit = FACTS[name]
+def _phrase(name: str, present: float, verified: str, bench: Bench) -> str:
+    return f"{FACTS[name].label} {_shown(present, _unit(name, bench))}, verified {verified}"
+
+
+def _unit(name: str, bench: Bench) -> str:
+    unit = FACTS[name].unit
     if unit in ("position", "stiffness"):
-        unit = si_unit(unit, bench.axis)
-    elif unit == "drive":
-        unit = bench.actuator.limit.unit
-    return f"{label} {_shown(present, unit)}, verified {_shown(known, unit)}"
+        return si_unit(unit, bench.axis)
+    return bench.actuator.limit.unit if unit == "drive" else unit
 
 
 def _shown(value: float, unit: str) -> str:

@@ -52,12 +52,13 @@ def json_view(verification: Verification) -> dict[str, Any]:
 
 
 def _model_json(checked: ModelCheck) -> dict[str, Any]:
-    resonant = checked.resonant
+    resonant, sprung = checked.resonant, checked.sprung
     return {
         "holds": checked.holds,
         "outside": list(checked.beyond),
         "modulus_margin": checked.margin,
         "modulus_margin_with_resonances": None if resonant is None else resonant.modulus_margin,
+        "modulus_margin_with_spring": None if sprung is None else sprung.modulus_margin,
         "modulus_margin_specified": checked.specified,
         "at": {name: getattr(checked.plant, name) for name in NAMES},
         "plants": checked.plants,
@@ -158,11 +159,12 @@ def _model(verification: Verification) -> list[str]:
         f"specified {checked.specified:g}, at "
         f"{plant_words(checked.plant, verification.controller.bench)}"
     )
-    if (worst := checked.resonant) is not None:
-        output.append(
-            f"model: with its resonances {worst.modulus_margin:.4f}, specified "
-            f"{checked.specified:g}, at {worst.where}"
-        )
+    for part, check in (("resonances", checked.resonant), ("spring", checked.sprung)):
+        if check is not None:
+            output.append(
+                f"model: with its {part} {check.modulus_margin:.4f}, specified "
+                f"{checked.specified:g}, at {check.where}"
+            )
     output.append(
         "model: nonlinear parts, which no margin covers but simulate includes: "
         f"{', '.join(checked.outside_margins)}"

@@ -91,6 +91,21 @@ def test_another_rig_is_named_in_every_verdict_and_leaves_the_margin_undecided(
     assert named in found.stdout
 
 
+@pytest.mark.parametrize(("stiffness", "covered"), [(4e-4, True), (6e-4, False)])
+def test_a_spring_up_to_the_verified_one_is_covered(
+    rig: ControllerRig, stiffness: float, covered: bool
+) -> None:
+    rig.write(with_spring(stiffness), played(), 0.1)
+    verified = Estimate(5e-4, unit="N m/rad", source="identified")
+    controller = with_digests(msgspec.structs.replace(CONTROLLER, stiffness=verified))
+    (rig.folder / "controller.yaml").write_text(to_yaml(controller))
+    named = "spring on the axis 0.0006 N m/rad, verified 0 to 0.0005 N m/rad"
+    assert (named in rig.simulate().stderr) != covered
+    shown = rig.report("--json")
+    assert margin_of(shown.stdout)["met"] is (True if covered else None)
+    assert any(named in line for line in json.loads(shown.stdout)["warnings"]) != covered
+
+
 def test_saturation_is_judged_by_the_limit_that_was_played(rig: ControllerRig) -> None:
     """A drive that gives 0.5 A where the controller asks for 50 A is at its limit for most of the
     step."""

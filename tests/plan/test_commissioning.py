@@ -14,7 +14,9 @@ from msgspec import structs
 from frictool.adapters.temperature_factors import reference_words
 from frictool.cli.excite_test import save_test
 from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws, Load, Ripple
 from frictool.documents.model import Model
+from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
@@ -280,6 +282,24 @@ def test_a_narrowed_bench_has_the_intervals_of_the_logs(logs: tuple[Log, Log]) -
     low, high = exact_model(model).parameters.inertia.interval
     assert low == high
     assert structs.asdict(narrowed_bench(BELT, model).encoder) == structs.asdict(BELT.encoder)
+
+
+def test_an_exact_model_has_an_exact_load(logs: tuple[Log, Log]) -> None:
+    """So that `plan` says "even for exact parameters" of exact loads, too."""
+
+    def wide(value: float, unit: str) -> Estimate:
+        return Estimate(value, 0.5 * value, 1.5 * value, unit, source="identified")
+
+    ripple = Ripple(3.0, Quantity(1.0, unit="m"), wide(0.1, "N"), wide(0.2, "N"))
+    load = Load(wide(2.0, "N/m"), None, ripple, (ripple,))
+    model = structs.replace(identify(logs, BELT).model, laws=Laws(load=load))
+    laws = exact_model(model).laws
+    assert laws is not None
+    assert laws.load is not None
+    assert laws.load.stiffness is not None
+    assert laws.load.stiffness.interval == (2.0, 2.0)
+    for one in laws.load.ripples:
+        assert (one.sine.interval, one.cosine.interval) == ((0.1, 0.1), (0.2, 0.2))
 
 
 def test_commands_from_an_empty_bench_to_enough(tmp_path: Path) -> None:

@@ -1,5 +1,5 @@
-"""A model's load at synthesis and in simulation: bounded disturbances are told, a spring is
-refused, nothing is passed over in silence."""
+"""A model's load at synthesis and in simulation: bounded disturbances are told, a load without a
+bound or beyond the drive is refused, nothing is passed over in silence."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ from studies.rigs.clutch_model import ROOT, clutch_model
 from studies.rigs.step_scenario import controller, scenario
 from tests.support.command_line import refused
 from tests.support.provenance import HERE
+from tests.support.sprung_valve import positioner, valve
 
 CLUTCH = ROOT / "configs" / "clutch"
 
@@ -105,13 +106,117 @@ def synth(folder: Path, model: Model, *options: str) -> object:
     )
 
 
-def test_synth_refuses_a_spring_in_one_line(tmp_path: Path) -> None:
+@given(
+    st.floats(0.0, 5.0),
+    st.floats(0.0, 1.0),
+    st.floats(-3.0, 3.0),
+    st.floats(0.0, 0.5),
+    st.floats(0.0, 1.6),
+)
+def test_spring_and_offset_are_bounded_together_on_the_travel(
+    stiffness: float, wide: float, offset: float, half: float, position: float
+) -> None:
+    """Also if the offset puts the rest position of the spring inside the travel, or beyond it."""
+    model = valve(stiffness - min(wide, stiffness), stiffness, stiffness + wide)
+    model = msgspec.structs.replace(
+        model, parameters=msgspec.structs.replace(model.parameters, offset=near(offset, half))
+    )
+    load = disturbance(model)
+    assert load.offset == 0.0
+    assert load.total == load.spring
+    for slope in (stiffness - min(wide, stiffness), stiffness + wide):
+        for constant in (offset - half, offset + half):
+            assert abs(slope * position + constant) <= load.spring * (1.0 + 1e-12) + 1e-12
+    steepest = stiffness + wide
+    assert load.spring == pytest.approx(
+        max(abs(offset) + half, abs(offset + 1.6 * steepest) + half)
+    )
+
+
+def test_a_spring_relaxed_in_the_travel_counts_from_there() -> None:
+    """The zero of an encoder is anywhere: -0.7 N m + 0.88 N m/rad x is 0 at x = 0.8 rad."""
+    model = valve(0.88, 0.88, 0.88)
+    offset = near(-0.88 * 0.8, 0.0)
+    model = msgspec.structs.replace(
+        model, parameters=msgspec.structs.replace(model.parameters, offset=offset)
+    )
+    assert disturbance(model).total == pytest.approx(0.88 * 0.8)
+
+
+def test_a_spring_without_a_travel_has_no_bound() -> None:
+    with pytest.raises(
+        NoSolutionError, match=r"0\.88 N m/rad: without a travel.*mechanics\.travel"
+    ):
+        disturbance(valve(0.84, 0.88, 0.92, travel=False))
+
+
+def test_a_spring_that_drives_the_axis_away_is_refused() -> None:
+    with pytest.raises(NoSolutionError, match="negative stiffness drives the axis away"):
+        disturbance(valve(-0.92, -0.88, -0.84))
+
+
+def test_a_spring_beyond_the_drive_is_refused() -> None:
+    """32 N m at the limit, less 9.3 N m of Coulomb friction, leave 22.7 N m for the load."""
+    assert disturbance(valve(13.9, 13.9, 13.9)).total == pytest.approx(0.3 + 1.6 * 13.9)
+    with pytest.raises(NoSolutionError, match=r"load \(22\.86\) and Coulomb friction \(9\.3\)"):
+        disturbance(valve(13.9, 13.9, 14.1))
+
+
+def ends_of_steps(model: Model) -> dict[float, tuple[float, float]]:
+    """Return error and motion [rad] in the last 2 s of each step, by its reference [rad]."""
+    targets = (0.9, 0.3, 1.5)
+    steps = scenario(*targets, seconds=4.0, start=0.6)
+    log = simulate_closed_loop(model, positioner(model), steps, HERE)
+    ends = position_of(log).reshape(len(targets), -1)[:, -1000:]
+    return {
+        target: (float(np.max(np.abs(end - target))), float(np.ptp(end)))
+        for target, end in zip(targets, ends, strict=True)
+    }
+
+
+def test_a_spring_below_the_breakaway_leaves_the_axis_at_rest_in_its_band() -> None:
+    """The drive is released in the band; the spring pulls with 1.8 N m, friction holds 12 N m."""
+    model = valve(0.84, 0.88, 0.92)
+    load = disturbance(model)
+    assert load.total < load.breakaway
+    for error, motion in ends_of_steps(model).values():
+        assert error <= 0.01
+        assert motion == 0.0
+
+
+def test_a_spring_above_the_breakaway_moves_the_released_axis() -> None:
+    """8.9 N m/rad pull with 13.65 N m at 1.5 rad, above the breakaway of 12 N m, and with at most
+    8.3 N m at the other targets."""
+    model = valve(8.9, 8.9, 8.9)
+    load = disturbance(model)
+    assert load.total > load.breakaway
+    ends = ends_of_steps(model)
+    assert ends[0.3][1] == ends[0.9][1] == 0.0
+    assert ends[1.5][1] > model.bench.encoder.resolution
+
+
+def test_synth_accepts_a_spring_and_tells_its_effort_and_its_margin(tmp_path: Path) -> None:
+    model = loaded(stiffness=near(2e-4, 5e-5, unit="N m/rad"))
+    text = synth(tmp_path, model)
+    assert text.code == 0, text.stderr
+    assert "disturbance: up to spring and offset 0.01575 N m" in text.stdout  # 63 rad of travel
+    assert "with the spring: stable, modulus margin at least" in text.stdout
+    assert "certificate are of the plant without the spring" in text.stdout
+    found = json.loads(synth(tmp_path, model, "--json").stdout)["disturbance"]
+    assert found["spring"] == pytest.approx(63.0 * 2.5e-4)
+
+
+def test_synth_refuses_a_spring_without_a_bound_in_one_line(tmp_path: Path) -> None:
+    model = loaded(stiffness=near(2e-4, 5e-5, unit="N m/rad"))
+    bench = msgspec.structs.replace(
+        model.bench, mechanics=msgspec.structs.replace(model.bench.mechanics, travel=None)
+    )
     refused(
-        synth(tmp_path, loaded(stiffness=near(0.02, unit="N m/rad"))),
+        synth(tmp_path, msgspec.structs.replace(model, bench=bench)),
         4,
         "laws.load.stiffness",
-        "0.02 N m/rad",
-        "without a spring",
+        "0.0002 N m/rad",
+        "mechanics.travel",
     )
 
 
