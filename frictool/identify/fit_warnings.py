@@ -7,7 +7,7 @@ force error, or if it leaves much of the effort unexplained.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from frictool.documents.bench import Bench
 from frictool.documents.name_list import listed
@@ -16,6 +16,8 @@ from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import DEFAULT, METHODS
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.slip_fit import stroke_samples
 
 # force error or relative residual above which the program warns of noise or an incomplete model
 DOUBTFUL_FORCE_ERROR = 0.2
@@ -50,6 +52,21 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
             if name != "offset" and known.value * interval.value > 0.0:
                 ratios[name] = interval.value / known.value
     return _other_unit(ratios, bench) + out
+
+
+def short_stroke_warnings(fit: SlidingFit, records: Sequence[MotionRecord]) -> list[str]:
+    """Return a warning if the smoothing window of the fit is longer than half of a median stroke.
+
+    The windows then contain most of a stroke and its changes of acceleration.
+    """
+    window = fit.details.get("window", 0)
+    length = min((size for one in records if (size := stroke_samples(one))), default=math.inf)
+    if 2 * window <= length:
+        return []
+    return [
+        f"strokes of {length:.0f} samples are hardly longer than the smoothing window of {window}: "
+        "the intervals may be too narrow; sample faster, or record longer strokes"
+    ]
 
 
 def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
