@@ -27,7 +27,8 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     """Return the model's axis in SI, with end stops at the travel in bench.yaml.
 
     `overrides`: values of fields of AxisParameters. An overridden Coulomb or viscous friction
-        scales the model's friction (adapters/friction_levels.py); an overridden breakaway does not.
+        scales the model's friction (adapters/friction_levels.py). An overridden breakaway is that
+        of the positive direction; that of the negative direction is multiplied by the same factor.
 
     If the bench does not state the friction inside the backlash (motor and brushes, thesis 4.4.4),
     this friction is the smaller Coulomb friction of the two directions. Raises ValueError with the
@@ -50,6 +51,9 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     }
     dry, slope = _dry(model, overrides), _slope(model, overrides)
     laws = _laws(model, dry, slope)
+    if "breakaway" in overrides and laws.backward is not None:
+        level = _opposite_breakaway(model, overrides["breakaway"])
+        laws = laws._replace(backward=laws.backward._replace(breakaway=level))
     if model.laws is not None:
         values |= {"coulomb": dry * today.coulomb.value, "viscous": slope(today.viscous.value)}
     backward = laws.backward
@@ -124,6 +128,15 @@ def _backward(
     return AxisFrictionLevels(
         slope(level(backward.viscous, today.viscous)), dry * coulomb, dry * breakaway
     )
+
+
+def _opposite_breakaway(model: Model, forward: float) -> float:
+    """Return the backward breakaway [N m | N] of a plant with the given `forward` breakaway."""
+    backward = model.laws.backward if model.laws else None
+    common = model.parameters.breakaway.value
+    if backward is None or backward.breakaway is None or common == 0.0:
+        return forward
+    return forward * backward.breakaway.value / common
 
 
 def _laws(model: Model, dry: float, slope: Callable[[float], float]) -> AxisLaws:

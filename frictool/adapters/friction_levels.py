@@ -7,9 +7,10 @@ viscous friction. For the model, these two levels are
     viscous   steepest slope over the speed regimes, mean of both directions
 
 If the Coulomb level of a plant is c times that of the model, all dry friction is multiplied by c:
-F_c and breakaway of both directions at every position, and the friction inside the backlash. If the
-viscous level is c times that of the model, every slope is multiplied by c; the speeds at which the
-slope changes remain. If the model has no viscous friction, the viscous level of a plant is the
+F_c and breakaway of both directions at every position, and the friction inside the backlash. If a
+plant has another breakaway, the breakaway of both directions is multiplied by the same factor. If
+the viscous level is c times that of the model, every slope is multiplied by c; the speeds at which
+the slope changes remain. If the model has no viscous friction, the viscous level of a plant is the
 slope at every speed. A plant with the levels of the model equals the model.
 """
 
@@ -17,12 +18,17 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+import numpy as np
+
 from frictool.documents.laws import Polynomial
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
+from frictool.friction.polynomial_minimum import minimum
 from frictool.friction.position_polynomial import mean_over, normalised_coefficients
 
 Ends = tuple[float, float]
+# largest number of iterations, and difference of normalised polynomials at which they end
+DINKELBACH_STEPS, QUOTIENT_ROUNDING = 50, 1e-12
 
 
 def coulomb_level(model: Model) -> Ends:
@@ -52,6 +58,36 @@ def coulomb_factor(model: Model, wanted: float) -> float:
     if mean > 0.0:
         return wanted / mean
     raise ValueError("coulomb is 0 in both directions and cannot be varied; allowed: > 0")
+
+
+def least_breakaway(model: Model) -> float:
+    """Return the smallest forward breakaway [N m | N] with the model's Coulomb friction.
+
+    Without a separate shape of the breakaway over the position, this is the forward Coulomb
+    friction. Otherwise, the breakaway is at least the Coulomb friction at every position in both
+    directions.
+    """
+    today, laws = model.parameters, model.laws
+    least: float = today.coulomb.value
+    position = None if laws is None else laws.position
+    if position is None or position.breakaway is None:
+        return least
+    ends = (position.over.low, position.over.high)
+    slip, rest = position.coulomb, position.breakaway
+    sides = (
+        (today.coulomb, today.breakaway, slip.forward, rest.forward),
+        (
+            _opposite(model, "coulomb"),
+            _opposite(model, "breakaway"),
+            slip.backward or slip.forward,
+            rest.backward or rest.forward,
+        ),
+    )
+    for coulomb, breakaway, below, above in sides:
+        if breakaway.value > 0.0:
+            ratio = _largest_ratio(below, above, *ends)
+            least = max(least, today.breakaway.value * ratio * coulomb.value / breakaway.value)
+    return least
 
 
 def viscous_level(model: Model) -> Ends:
@@ -105,6 +141,32 @@ def _mean_factors(model: Model) -> Ends:
         return _mean_factor(powers, *ends, travel.low, travel.high)
 
     return mean(curve, False), mean(curve, True)
+
+
+@lru_cache(maxsize=64)
+def _largest_ratio(
+    below: tuple[float, ...], above: tuple[float, ...], low: float, high: float
+) -> float:
+    """Return the largest quotient of two normalised polynomials > 0 over [low, high].
+
+    Dinkelbach's iteration: the quotient at the minimum of (quotient times `above` minus `below`)
+    is the next, larger quotient.
+    """
+    size = max(len(below), len(above))
+    lower, upper = (
+        np.pad(normalised_coefficients(one, low, high), (0, size - len(one)))
+        for one in (below, above)
+    )
+    ratio = 0.0
+    for _ in range(DINKELBACH_STEPS):
+        position, distance = minimum(ratio * upper - lower, low, high)
+        if distance >= -QUOTIENT_ROUNDING:
+            break
+        ratio = float(
+            np.polynomial.polynomial.polyval(position, lower)
+            / np.polynomial.polynomial.polyval(position, upper)
+        )
+    return ratio
 
 
 @lru_cache(maxsize=64)  # all plants drawn from one model have the same mean

@@ -10,7 +10,7 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Backward, FrictionOverPosition
 from frictool.documents.model import Model
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import FROM_LOGS, Quantity
 from frictool.friction.position_polynomial import normalise
 
 UNCHANGED: Mapping[str, float] = MappingProxyType({})
@@ -71,6 +71,42 @@ def ranges(
         lifelong = getattr(known, name).interval
         box[name] = min(ends[0], lifelong[0]), max(ends[1], lifelong[1])
     return box | {"constant": hull(model.bench.actuator.constant)}
+
+
+def breakaway_interval(model: Model) -> tuple[float, float] | None:
+    """Return the interval of the breakaway [N m | N] that does not depend on the Coulomb friction.
+
+    This is the range in bench.yaml together with the model's interval. Without a range in
+    bench.yaml, it is the interval from the logs if these do not show the Coulomb friction. None if
+    there is no such interval, so that `breakaway_ratio` applies.
+    """
+    today, lifelong = model.parameters, model.bench.mechanics.breakaway
+    if lifelong is not None and lifelong.interval[0] < lifelong.interval[1]:
+        return hull(today.breakaway, lifelong)
+    if today.breakaway.source in FROM_LOGS and today.coulomb.source not in FROM_LOGS:
+        return hull(today.breakaway)
+    return None
+
+
+def breakaway_ratio(model: Model) -> tuple[float, float]:
+    """Return the range of breakaway divided by Coulomb friction, at least 1.
+
+    The range is the model's interval of the breakaway, divided by the Coulomb friction. It is
+    limited to the quotients of the lower ends, of the values and of the upper ends of the two
+    intervals: a breakaway that was assumed from 1 to 1.5 times the Coulomb friction has these
+    ratios. The Coulomb friction must be above 0.
+    """
+    breakaway, coulomb = model.parameters.breakaway, model.parameters.coulomb
+    value = breakaway.value / coulomb.value
+    quotients = [
+        above / below if below > 0.0 else value
+        for above, below in zip(breakaway.interval, coulomb.interval, strict=True)
+    ]
+    low, high = (end / coulomb.value for end in breakaway.interval)
+    return (
+        max(1.0, low, min(value, *quotients)),
+        max(1.0, min(high, max(value, *quotients))),
+    )
 
 
 def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]:

@@ -17,6 +17,7 @@ from frictool.campaign.trials.controller_judge import (
     PlantValues,
     PlayedVerdict,
     plants_of_model,
+    with_breakaway,
 )
 from frictool.documents.controller import Controller
 from frictool.documents.key_lines import document_error
@@ -49,7 +50,9 @@ class DesignTest:
     `plants`: for each plant, the values [SI] that differ from the nominal plant.
     `names`: names of the plants by index.
     `starts`: initial positions of the plants [rad | m], at different fractions of an encoder count.
-    `vertices`: number of vertices; `plants` begins with the nominal plant and the vertices.
+    `vertices`: number of vertices; `plants` begins with the nominal plant and the vertices. If the
+    breakaway has a range, these vertices have its upper end, and the vertices whose start is moved
+    by half an encoder count have its lower end.
     """
 
     model: Model
@@ -70,7 +73,8 @@ class DesignTest:
         """Return judges with new random plants and shifted positions, one for each entry of MOVED.
 
         An entry of MOVED shifts the start positions and the targets by fractions of an encoder
-        count. Each judge simulates the nominal plant, the vertices and OTHERS new random plants.
+        count. Each judge simulates the nominal plant, the vertices and OTHERS new random plants. If
+        the breakaway has a range, the vertices have its upper and its lower end alternately.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -80,7 +84,9 @@ class DesignTest:
             ]
         judges = []
         for index, (place, target) in enumerate(MOVED):
-            plants = [*self.plants[: 1 + self.vertices], *drawn[index :: len(MOVED)]]
+            first = 1 + index % 2 * self.vertices
+            vertices = self.plants[first : first + self.vertices]
+            plants = [self.plants[0], *vertices, *drawn[index :: len(MOVED)]]
             places = [math.fmod(place + k * GOLDEN, 1.0) for k in range(len(plants))]
             judges.append(self._judge_at(scenario, spec, plants, places, target))
         return tuple(judges)
@@ -197,22 +203,25 @@ def design_test(
     steps = default_scenario(model, spec) if scenario is None else scenario
     played = structs.replace(steps, seed=steps.seed or SEED)
     nominal, *vertices = plants_of_model(model, played)
+    lowest, highest = (with_breakaway(model, vertices, end) for end in (0.0, 1.0))
     drawn: list[dict[str, float]] = []
-    if len(vertices) > 1:
+    if len(vertices) > 1 or highest != lowest:
         drawn = plants_of_model(model, played, random=DRAWN)[1 + len(vertices) :]
     else:  # without ranges, the only vertex is the nominal plant
-        vertices = []
-    plants = [nominal, *vertices, *vertices, *drawn]
+        vertices = lowest = highest = []
+    plants = [nominal, *highest, *lowest, *drawn]
     places = [0.0] * (1 + len(vertices)) + [0.5] * len(vertices)
     places += [math.fmod(index * GOLDEN, 1.0) for index in range(1, len(drawn) + 1)]
     named = [f"v{index:02d}" for index in range(1, len(vertices) + 1)]
-    names = ["nominal plant", *named, *(f"{name}, start moved by half a count" for name in named)]
+    ends = ("", "") if highest == lowest else (", largest breakaway", ", smallest breakaway")
+    names = ["nominal plant", *(f"{name}{ends[0]}" for name in named)]
+    names += [f"{name}{ends[1]}, start moved by half a count" for name in named]
     names += [f"drawn plant {index}" for index in range(1, len(drawn) + 1)]
     return DesignTest(
         model,
         spec,
         played,
-        _about(played, len(vertices), len(drawn)),
+        _about(played, len(vertices), len(drawn), highest != lowest),
         tuple(plants),
         tuple(names),
         tuple(_starts(model, played, places)),
@@ -235,14 +244,14 @@ def _moved_inwards(model: Model, start: float, places: Sequence[float]) -> list[
     return [start + inwards * place * model.bench.encoder.resolution for place in places]
 
 
-def _about(scenario: Scenario, vertices: int, drawn: int) -> str:
+def _about(scenario: Scenario, vertices: int, drawn: int, ends: bool) -> str:
     unit = si_unit("position", scenario.axis)
     count = sum(step.reference is not None for step in scenario.steps)
     longest = longest_step_of(scenario)
     steps = f"{count} step{'s' if count != 1 else ''}"
     on = (
-        f"nominal plant, {vertices} vertices from 2 starts within a count, {drawn} drawn plants "
-        f"(seed {scenario.seed})"
+        f"nominal plant, {vertices} vertices {'with largest and smallest breakaway ' * ends}"
+        f"from 2 starts within a count, {drawn} drawn plants (seed {scenario.seed})"
     )
     return (
         f"{scenario.name}, {steps} of at most {longest:.4g} {unit}, {scenario.seconds:.4g} s; "

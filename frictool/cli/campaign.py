@@ -54,7 +54,8 @@ the parameters that cause the failures.
 The parameters of the plants are drawn from the ranges of the bench and the model, or from the
 quantities of a mechanism that have low and high. `spread` of the scenario also varies wear,
 temperature, start, sensor faults and disturbances, and can replace ranges. All draws are uniform
-and independent, except that a breakaway is drawn above the Coulomb friction of the same plant.
+and independent, except that a breakaway is drawn above the Coulomb friction of the same plant; if
+the bench has no range of the breakaway, its ratio to this friction is drawn from the model.
 
 --method random: independent draws; a larger -n adds draws and keeps the first ones. --method latin:
 a Latin hypercube of -n draws. --method vertices: every combination of range ends; if there are more

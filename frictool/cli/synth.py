@@ -50,10 +50,10 @@ again. For a loop that feeds back a speed (method pid in a cascade, also if a se
 the certificate contains no norm. The proof does not cover parameters that vary with time. If one of
 these steps fails, nothing is written and the exit code is 4.
 
-Finally, the controller is simulated with the nominal plant, every vertex and 40 drawn plants, in
-four steps over the travel and a hold, or in the steps of --scenario. The last lines are the worst
-value of each requirement. The exit code is 1 if a requirement is not met; the controller is written
-in either case.
+Finally, the controller is simulated with the nominal plant, every vertex (with the largest and the
+smallest breakaway) and 40 drawn plants, in four steps over the travel and a hold, or in the steps
+of --scenario. The last lines are the worst value of each requirement. The exit code is 1 if a
+requirement is not met; the controller is written in either case.
 """
 
 

@@ -204,8 +204,9 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     ranges.
 
     - `inertia`: Total inertia that the actuator moves.
-    - `breakaway`: Effort at which the axis starts to move. The default is the range from 1 to 1.5
-      times `coulomb`.
+    - `breakaway`: Effort at which the axis starts to move. In simulations, it is never below the
+      Coulomb friction of the same plant. Without this key and a log that shows it, it is assumed to
+      be 1 to 1.5 times `coulomb`.
     - `offset`: Constant effort that opposes a positive drive, such as a weight. The default is 0.
     - `backlash`: Full width of the free play between motor and load. By default, there is no
       backlash.

@@ -54,12 +54,14 @@ def narrowed_model(model: Model) -> Model:
 def exact_model(model: Model) -> Model:
     """Return the model with exact values, from the logs or the bench, in place of intervals.
 
-    The load that depends on the position has exact values, too.
+    The load that depends on the position has exact values, too. A breakaway that neither contains
+    has its assumed value.
     """
     exact = {
         name: structs.replace(one, low=one.value, high=one.value)
         for name in NARROWED
         if (one := getattr(model.parameters, name)).source in (*FROM_LOGS, "bench")
+        or name == "breakaway"
     }
     mechanics = {name: Quantity(one.value, unit=one.unit) for name, one in exact.items()}
     bench = structs.replace(

@@ -3,9 +3,10 @@
 The ranges of inertia, viscous friction, Coulomb friction and drive constant are those that `synth`
 uses (`ranges` of adapters/parameter_intervals.py). At a vertex, each of these four parameters is at
 one end of its range. In a random plant, each parameter is drawn uniformly from its range,
-independently of the others. If more plants are drawn with the same seed, the first plants stay the
-same. adapters/friction_levels.py applies the four values to models with additional friction
-parameters.
+independently of the others. A breakaway with a range is drawn, too, but not below the drawn Coulomb
+friction; at a vertex, its ratio to the Coulomb friction is that of the model. If more plants are
+drawn with the same seed, the first plants stay the same. adapters/friction_levels.py applies the
+values to models with additional friction parameters.
 """
 
 from __future__ import annotations
@@ -19,8 +20,13 @@ from numpy.typing import NDArray
 
 from frictool.adapters.axis_dynamic_law import dynamic_law_of
 from frictool.adapters.axis_model import axis_of
-from frictool.adapters.friction_levels import coulomb_level, viscous_level
-from frictool.adapters.parameter_intervals import hull, ranges
+from frictool.adapters.friction_levels import coulomb_level, least_breakaway, viscous_level
+from frictool.adapters.parameter_intervals import (
+    breakaway_interval,
+    breakaway_ratio,
+    hull,
+    ranges,
+)
 from frictool.documents.model import Model
 from frictool.documents.quantity import drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
@@ -30,8 +36,10 @@ from frictool.logs.log import MAIN_TOPIC
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_dynamic_law import AxisDynamicLaw
 from frictool.plant.polytope import PARAMETERS, PlantPoint, corner_points
+from frictool.simulate.parameter_order import drawn_above
 from frictool.simulate.scenario_plant_values import GIVEN, given_values
 from frictool.simulate.simulated_plant import VariedParameter
+from frictool.typing import Vector
 
 LABELS = {
     "inertia": "inertia",
@@ -42,7 +50,10 @@ LABELS = {
     "offset": "offset",
     "backlash": "backlash",
 }
-PLANTS_STREAM = 1 << 32  # stream number of the random plants of a seed; noise uses (seed, variant)
+# stream numbers of the random plants of a seed; noise uses (seed, variant). The breakaway has its
+# own stream, so that the other parameters do not depend on whether it has a range
+PLANTS_STREAM, BREAKAWAY_STREAM = 1 << 32, (1 << 32) + 1
+COULOMB = PARAMETERS.index("coulomb")
 
 
 @dataclass(frozen=True)
@@ -115,8 +126,8 @@ def variants_of(
                 _variant(vertex.name, f"{owner} at vertex {vertex.name}", model, values)
             )
     if scenario.variants == "random":
-        assert scenario.plants is not None
-        for name, values in _drawn(model, scenario.plants, scenario.seed, owner).items():
+        known = parameters or parameters_of(model)
+        for name, values in _drawn(model, scenario, owner, known).items():
             variants.append(_variant(name, f"{owner}, plant {name}", model, values))
     return variants
 
@@ -144,9 +155,10 @@ def nominal_levels(model: Model) -> dict[str, float]:
 def parameters_of(model: Model) -> dict[str, VariedParameter]:
     """Return the parameters of a model that a scenario can set or vary, by name.
 
-    Inertia, viscous friction, Coulomb friction, drive constant, offset and backlash have the ranges
-    of the model. The breakaway friction has no range: its ratio to the Coulomb friction is constant
-    unless the scenario sets the breakaway friction.
+    Every parameter has the range of bench and model. If the bench states no range of the breakaway
+    friction, its ratio to the Coulomb friction has the range of the model. This ratio is constant
+    if the model's breakaway has no interval, or with presliding. The breakaway is the level of the
+    positive direction.
     """
     bench = model.bench
     nominal = nominal_levels(model)
@@ -164,16 +176,9 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
         for name, ends in ranges(model).items()
     }
     effort, position = si_unit("effort", model.axis), si_unit("position", model.axis)
-    breakaway = model.parameters.breakaway.value
     offset = model.parameters.offset
     backlash = bench.mechanics.backlash
-    # mean Coulomb friction, which differs from the model's parameter if the friction depends on
-    # position or direction
-    level = nominal["coulomb"]
-    least = ("coulomb", model.parameters.coulomb.value / level) if level > 0.0 else None
-    parameters["breakaway"] = VariedParameter(
-        breakaway, breakaway, breakaway, effort, LABELS["breakaway"], least
-    )
+    parameters["breakaway"] = _breakaway(model, parameters["coulomb"], effort)
     ends = hull(offset) if bench.mechanics.offset is None else hull(offset, bench.mechanics.offset)
     parameters["offset"] = VariedParameter(*ends, offset.value, effort, LABELS["offset"])
     if backlash is not None:
@@ -183,23 +188,76 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
     return parameters
 
 
-def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[str, float]]:
+def breakaway_at(
+    parameters: Mapping[str, VariedParameter], coulomb: Vector, parts: Vector
+) -> Vector | None:
+    """Return breakaways (n,) from the range that belongs to the Coulomb frictions `coulomb` (n,).
+
+    `parameters`: result of `parameters_of`. `parts` (n,): position in the range, 0 (low) to 1
+    (high). None if the breakaway has no range.
+    """
+    one = parameters["breakaway"]
+    if one.least is None or one.low == one.high:
+        return None
+    return drawn_above((one.low, one.high), one.ratio, one.least[1] * coulomb, parts)
+
+
+def _breakaway(model: Model, coulomb: VariedParameter, unit: str) -> VariedParameter:
+    value, label = model.parameters.breakaway.value, LABELS["breakaway"]
+    # the mean Coulomb friction differs from the model's parameter if the friction depends on
+    # position or direction
+    level = coulomb.nominal
+    if level <= 0.0:
+        return VariedParameter(value, value, value, unit, label)
+    limit = least_breakaway(model)
+    least = ("coulomb", limit / level)
+    if model.presliding is not None or model.parameters.coulomb.value <= 0.0:
+        return VariedParameter(value, value, value, unit, label, least)
+    known = breakaway_interval(model)
+    if known is not None:
+        high = max(known[1], least[1] * coulomb.high)
+        return VariedParameter(known[0], high, value, unit, label, least)
+    # ratio to the smallest breakaway
+    low, high = (
+        max(1.0, ratio * model.parameters.coulomb.value / limit) for ratio in breakaway_ratio(model)
+    )
+    if low == high:
+        return VariedParameter(value, value, value, unit, label, least)
+    ends = (low * least[1] * coulomb.low, high * least[1] * coulomb.high)
+    return VariedParameter(*ends, value, unit, label, least, (low, high))
+
+
+def _drawn(
+    model: Model,
+    scenario: Scenario,
+    owner: str,
+    parameters: Mapping[str, VariedParameter],
+) -> dict[str, dict[str, float]]:
+    assert scenario.plants is not None
+    plants, seed = scenario.plants, scenario.seed
     box = ranges(model)
-    if all(low == high for low, high in box.values()):
+    lows, highs = (np.array([box[name][side] for name in PARAMETERS]) for side in (0, 1))
+    drawn = lows + _parts(seed, PLANTS_STREAM, (plants, len(PARAMETERS))) * (highs - lows)
+    breakaway = breakaway_at(
+        parameters, drawn[:, COULOMB], _parts(seed, BREAKAWAY_STREAM, (plants,))
+    )
+    if breakaway is None and np.all(lows == highs):
         raise FrictoolError(
             f"{owner}: variants: random needs ranges, but the bench has none; give low and "
             "high in bench.mechanics"
         )
-    lows, highs = (np.array([box[name][side] for name in PARAMETERS]) for side in (0, 1))
-    parts = np.random.Generator(np.random.PCG64([seed, PLANTS_STREAM])).random(
-        (plants, len(PARAMETERS))
-    )
-    drawn = lows + parts * (highs - lows)
+    names: tuple[str, ...] = PARAMETERS
+    if breakaway is not None:
+        names, drawn = (*PARAMETERS, "breakaway"), np.column_stack([drawn, breakaway])
     width = len(str(plants))
     return {
-        f"p{index:0{width}d}": dict(zip(PARAMETERS, map(float, row), strict=True))
+        f"p{index:0{width}d}": dict(zip(names, map(float, row), strict=True))
         for index, row in enumerate(drawn, start=1)
     }
+
+
+def _parts(seed: int, stream: int, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    return np.random.Generator(np.random.PCG64([seed, stream])).random(shape)
 
 
 def _variant(name: str, owner: str, model: Model, values: dict[str, float]) -> AxisVariant:

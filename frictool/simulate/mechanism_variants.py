@@ -25,6 +25,7 @@ from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.simulate.axis_variants import PLANTS_STREAM
 from frictool.simulate.mechanism_parameters import quantities_of, ranges, with_quantities
+from frictool.simulate.parameter_order import drawn_above
 from frictool.simulate.scenario_plant_values import GIVEN, given_values
 from frictool.simulate.simulated_plant import VariedParameter
 from frictool.typing import Vector
@@ -130,8 +131,8 @@ def _values(
             continue
         other, factor = one.least
         below = drawn[:, list(ranged).index(other)] if other in ranged else every[other].nominal
-        low = np.maximum(lows[index], factor * below)
-        drawn[:, index] = low + parts[:, index] * (highs[index] - low)
+        limits = np.broadcast_to(factor * below, drawn.shape[:1])
+        drawn[:, index] = drawn_above((one.low, one.high), one.ratio, limits, parts[:, index])
     return drawn
 
 

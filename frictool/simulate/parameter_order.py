@@ -1,7 +1,8 @@
-"""Check of the ranges of parameters whose lower limit is another parameter.
+"""Ranges of parameters whose lower limit is another parameter: check, and draws.
 
 An example is the breakaway friction, which must be at least the Coulomb friction. The check passes
-if the highest breakaway friction is at least the highest Coulomb friction.
+if the highest breakaway friction is at least the highest Coulomb friction, or if a ratio of the two
+is drawn.
 """
 
 from __future__ import annotations
@@ -9,9 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+import numpy as np
+
 from frictool.documents.quantity import Quantity, Span, factor_between
 from frictool.simulate.document_agreement import DocumentNames, refuse
 from frictool.simulate.simulated_plant import VariedParameter
+from frictool.typing import Vector
 
 ROUNDING = 1e-9  # relative rounding of a value that a file states in another unit
 
@@ -46,9 +50,10 @@ def check_least(
             _ends(one, ranges[one], spans, provided, names, drawn) for one in (name, other)
         )
         if (
-            ends.low == ends.high == parameter.nominal and ends.document == names.model
+            (ends.low == ends.high == parameter.nominal or parameter.ratio is not None)
+            and ends.document == names.model
         ) or ends.high >= factor * below.high * (1.0 - ROUNDING):
-            continue  # the ratio is constant, or part of the range is always above the limit
+            continue  # the ratio is constant or drawn, or part of the range is above the limit
         label = ranges[other].label
         unit = parameter.unit
         most = f"{factor * below.high:g} {unit}"
@@ -71,6 +76,20 @@ def check_least(
             f"{problem}; allowed: at least this {label}; {without}, {parameter.label} keeps its "
             f"ratio to {label}",
         )
+
+
+def drawn_above(
+    ends: tuple[float, float], ratio: tuple[float, float] | None, limits: Vector, parts: Vector
+) -> Vector:
+    """Return the drawn values (n,) of a parameter with a lower limit, in the unit of `ends`.
+
+    `ends`, `ratio`: as in VariedParameter. `limits` (n,): lower limit in each draw. `parts` (n,):
+    position of each value in its range, 0 (low) to 1 (high).
+    """
+    if ratio is not None:
+        return np.asarray(limits * (ratio[0] + parts * (ratio[1] - ratio[0])))
+    low = np.maximum(ends[0], limits)
+    return np.asarray(low + parts * np.maximum(0.0, ends[1] - low))
 
 
 def _ends(

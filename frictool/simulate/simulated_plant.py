@@ -46,11 +46,14 @@ class VariedParameter(NamedTuple):
     """Range and nominal value of a plant's parameter in SI; low == high if there is no range.
 
     - label: name of the parameter in messages
-    - least: lower limit, as (name of another parameter, factor between the units), or None. The
-      lower limit of a breakaway friction is the Coulomb friction
+    - least: lower limit, as (name of another parameter, factor), or None. The limit is the factor
+      times the value of the other parameter. The lower limit of a breakaway friction is the Coulomb
+      friction
+    - ratio: range of the parameter divided by its lower limit, or None
 
-    A random value is drawn from the part of the range above the lower limit. A parameter with a
-    lower limit but without a range keeps its ratio to the lower limit.
+    A random value is drawn from the part of the range above the lower limit. If `ratio` is present,
+    this ratio is drawn instead; low and high are then the smallest and the largest possible values.
+    A parameter with a lower limit but without a range keeps its ratio to the lower limit.
     """
 
     low: float
@@ -59,6 +62,7 @@ class VariedParameter(NamedTuple):
     unit: str
     label: str
     least: tuple[str, float] | None = None
+    ratio: tuple[float, float] | None = None
 
 
 class VariantRun(NamedTuple):

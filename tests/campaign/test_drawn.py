@@ -93,7 +93,7 @@ def test_a_fault_of_no_counts_is_none() -> None:
 
 @settings(max_examples=20)
 @given(
-    st.lists(st.floats(0.0, 1.0), min_size=SPREAD_SIZE + 4, max_size=SPREAD_SIZE + 4),
+    st.lists(st.floats(0.0, 1.0), min_size=SPREAD_SIZE + 5, max_size=SPREAD_SIZE + 5),
     st.integers(0, 10**6),
 )
 def test_a_drawn_scenario_survives_its_file_to_the_last_bit(

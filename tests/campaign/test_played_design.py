@@ -38,7 +38,7 @@ def test_the_plants_are_nominal_vertices_and_drawn_plants() -> None:
     assert test.plants[0] == {}
     assert (test.names[0], test.names[16], test.names[-1]) == (
         "nominal plant",
-        "v16",
+        "v16, largest breakaway",
         "drawn plant 40",
     )
     starts = [round(start, 9) for start in test.starts]
@@ -78,7 +78,9 @@ def test_the_other_plants_are_not_those_of_the_test() -> None:
 
 
 def test_the_worst_plants_of_each_requirement_start_from_every_place() -> None:
-    test = design_test(clutch_model(), SPEC)
+    model = clutch_model()
+    fixed = replace(model.parameters.breakaway, low=None, high=None)  # no range
+    test = design_test(replace(model, parameters=replace(model.parameters, breakaway=fixed)), SPEC)
     steps = replace(test.scenario, steps=test.scenario.steps[:1])
     judges = test.judges_of_places(steps, SPEC)
     count = clutch_model().bench.encoder.resolution

@@ -34,6 +34,7 @@ FIXED = (
     ("viscous", 3.81e-4, "N m s/rad"),
     ("coulomb", 0.099, "N m"),
     ("constant", 13.4e-3, "N m/A"),
+    ("breakaway", 0.109, "N m"),
 )
 
 

@@ -30,6 +30,7 @@ from frictool.documents.spread import FactorBand, Spread
 from frictool.errors import DocumentError
 from frictool.friction.law_registry import LAWS
 from frictool.report.verdict import judge
+from frictool.simulate.axis_variants import parameters_of
 from frictool.simulate.closed_loop import simulate_closed_loop
 from studies.rigs.campaign_rig import trial
 from studies.rigs.clutch_model import clutch_model
@@ -226,3 +227,11 @@ def test_a_fall_without_a_stribeck_velocity_is_stated() -> None:
 def test_a_law_that_the_axis_cannot_have_is_refused(model: Model, words: str) -> None:
     with pytest.raises(DocumentError, match=f"presliding: cannot be simulated: .*{words}"):
         simulate_closed_loop(model, controller(), scenario(), HERE)
+
+
+def test_the_breakaway_of_a_contact_keeps_its_ratio_to_the_coulomb_friction() -> None:
+    """The contact was fitted with one ratio."""
+    model = with_presliding("lugre")
+    one = parameters_of(model)["breakaway"]
+    assert one.low == one.high == one.nominal
+    assert parameters_of(msgspec.structs.replace(model, presliding=None))["breakaway"].ratio

@@ -127,7 +127,7 @@ def test_no_range_to_draw_from_is_refused() -> None:
     )
     fixed = {
         name: msgspec.structs.replace(getattr(model.parameters, name), low=None, high=None)
-        for name in ("inertia", "viscous", "coulomb")
+        for name in ("inertia", "viscous", "coulomb", "breakaway")
     }
     bare = msgspec.structs.replace(
         model, bench=bench, parameters=msgspec.structs.replace(model.parameters, **fixed)

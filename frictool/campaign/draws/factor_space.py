@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from frictool.documents.quantity import Quantity, Span, factor_between
+from frictool.simulate.parameter_order import drawn_above
 from frictool.simulate.simulated_plant import VariedParameter
 from frictool.typing import IntVector, Vector
 
@@ -31,6 +32,8 @@ class Factor:
     `whole`: True if the values are whole numbers, all equally likely.
     `least`: (name of another factor, scale). The value of this factor is at least scale times the
         value of the other factor. None if there is no such condition.
+    `ratio`: range of the value divided by this limit. If present, the ratio is drawn uniformly,
+        and low and high are the smallest and the largest possible values.
     """
 
     name: str
@@ -42,6 +45,7 @@ class Factor:
     kind: Kind
     whole: bool = False
     least: tuple[str, float] | None = None
+    ratio: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -65,8 +69,9 @@ class FactorSpace:
         for index, factor in enumerate(self.factors):
             if factor.least is not None:
                 other, scale = factor.least
-                least = np.maximum(factor.low, scale * values[:, self.names.index(other)])
-                values[:, index] = least + units[:, index] * np.maximum(0.0, factor.high - least)
+                limits = scale * values[:, self.names.index(other)]
+                ends = (factor.low, factor.high)
+                values[:, index] = drawn_above(ends, factor.ratio, limits, units[:, index])
         return np.asarray(values)
 
     @cached_property
@@ -99,12 +104,25 @@ def plant_factors(
     }
     for name, entry in ranges.items():
         (low, high), least = ends[name], entry.least
+        ratio = None if name in instead else entry.ratio
         if least is not None and low < high:
             below = ends[least[0]]
+            if ratio is not None:
+                low, high = (least[1] * ratio[side] * below[side] for side in (0, 1))
             if below[0] == below[1]:
                 low = max(low, least[1] * below[0])
-                least = None
-        yield Factor(name, low, high, entry.unit, entry.label, entry.nominal, "plant", least=least)
+                least = ratio = None
+        yield Factor(
+            name,
+            low,
+            high,
+            entry.unit,
+            entry.label,
+            entry.nominal,
+            "plant",
+            least=least,
+            ratio=ratio,
+        )
 
 
 def _ends(

@@ -33,7 +33,7 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.report.worst_hold import limit_of
 from frictool.runtime.object_view import ResultView
-from frictool.simulate.axis_variants import variants_of
+from frictool.simulate.axis_variants import breakaway_at, parameters_of, variants_of
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.typing import Vector
 
@@ -251,6 +251,9 @@ def relative_reserve(metric: MetricLimit, value: float) -> float:
 def plants_of_model(model: Model, scenario: Scenario, random: int = 0) -> list[dict[str, float]]:
     """Return the nominal plant, the vertices of the model's ranges, and random plants.
 
+    The vertices have the model's ratio of breakaway to Coulomb friction. The random plants have a
+    drawn breakaway if it has a range.
+
     Parameters
     ----------
     model : Model
@@ -271,3 +274,20 @@ def plants_of_model(model: Model, scenario: Scenario, random: int = 0) -> list[d
     if random:
         played += variants_of(model, replace(base, variants="random", plants=random))[1:]
     return [dict(variant.values) for variant in played]
+
+
+def with_breakaway(
+    model: Model, plants: Sequence[PlantValues], part: float
+) -> list[dict[str, float]]:
+    """Return the plants with a breakaway [N m | N] at `part` of its range, 0 (low) to 1 (high).
+
+    The range is that of the plant's Coulomb friction. The plants stay the same if the breakaway has
+    no range. Each plant must contain its Coulomb friction.
+    """
+    coulomb = np.array([plant["coulomb"] for plant in plants])
+    breakaway = breakaway_at(parameters_of(model), coulomb, np.full(len(plants), part))
+    if breakaway is None:
+        return [dict(plant) for plant in plants]
+    return [
+        {**plant, "breakaway": float(value)} for plant, value in zip(plants, breakaway, strict=True)
+    ]

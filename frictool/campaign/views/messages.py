@@ -144,12 +144,12 @@ def caveat(findings: Findings) -> str:
             "is for all combinations, not for values between the ends."
         )
     drawn = "independently" if rate.method == "random" else "as a Latin hypercube"
-    above = any(factor.least is not None for factor in findings.trials.space.factors)
-    over = (
-        "its range (a breakaway over the part of its range that is not below the Coulomb friction)"
-        if above
-        else "its range"
-    )
+    limited = [one for one in findings.trials.space.factors if one.least is not None]
+    over = "its range"
+    if any(factor.ratio is None for factor in limited):
+        over += " (a breakaway over the part of its range that is not below the Coulomb friction)"
+    elif limited:
+        over += " (of a breakaway, the ratio to the Coulomb friction)"
     return (
         f"The factors were drawn {drawn}, each uniformly over {over}. The rate refers "
         "to plants of this distribution; it is a probability in the field only if the product has "
