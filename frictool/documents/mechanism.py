@@ -332,7 +332,10 @@ class Spring(
                 "spring does nothing"
             )
         if self.force is not None and (self.free is not None or self.preload is not None):
-            raise ValueError("`free` and `preload` belong to `stiffness`; `force` contains both")
+            raise ValueError(
+                "`free` and `preload` are allowed with `stiffness` only; leave them out, because "
+                "the `force` curve contains both"
+            )
 
 
 class Cam(

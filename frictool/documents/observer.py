@@ -88,8 +88,9 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
       that may alternate.
     - `simulated_gain`: Largest ||z||/||Delta|| of simulated switching sequences of the pairs in
       `transitions`; at most gamma.
-    - `smallest_gamma`: Smallest gamma if no decay is required; in a design with `quiet`, smallest
-      gamma for the requested decay.
+    - `smallest_gamma`: In a design with `quiet`, smallest gamma for the requested decay. In any
+      other design, smallest gamma without a required decay; `gamma` may be larger because of the
+      decay.
     - `motion_after_rest_s`: Duration of motion after which `gamma` is valid again, if the axis was
       at rest.
     - `motion_after_turn_s`: Duration of motion after which `gamma` is valid again, if a switch was

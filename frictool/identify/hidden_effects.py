@@ -29,10 +29,11 @@ LASTING = 2  # distance of the compared residuals, in smoothing windows
 
 
 def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
-    """Return the shifts of the parameters by a spring, and by viscous friction by direction.
+    """Return the change of the parameters if the fit includes one more effect.
 
-    Effects that the model includes or that the rows do not determine are left out. The result is
-    empty if no part of the residual lasts longer than LASTING windows.
+    The effects are a spring, and a viscous friction that differs between the directions; each is
+    tried alone, unless the model includes it or the rows do not determine it. The result is empty
+    if the residuals of one stroke that are LASTING smoothing windows apart are not correlated.
     """
     rows = regression.rows
     residual = rows.residual(regression.used)

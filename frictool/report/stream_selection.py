@@ -44,9 +44,10 @@ def _with_worst(verdict: Verdict) -> JudgedStreams:
 def select_streams(verdict: Verdict) -> JudgedStreams:
     """Return the streams that a page shows, at most forty, in the order of the evidence.
 
-    If there are more than forty, nominal streams, the worst stream of each requirement and failing
-    streams come first. The other streams on the page are chosen at equal distances in the list. The
-    worst stream is marked. The verdict and `--json` always include all streams.
+    If the verdict has more than forty streams, the nominal streams, the worst stream of each
+    requirement and the failing streams are selected before others, which are chosen at equal
+    distances in the list. The worst stream is marked. The verdict and `--json` always include all
+    streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

@@ -113,10 +113,12 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
 def by_direction(
     names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """Return names (q - 1,) and matrices (g, q, q) with one parameter for each direction of motion.
+    """Return regressors in which friction has one parameter for each direction of motion.
 
     Viscous friction is split if `names` contains "viscous_backward". If `coulomb` is True, Coulomb
-    friction and offset are replaced by one Coulomb friction for each direction.
+    friction and offset are replaced by one Coulomb friction for each direction. `names` (q - 1,)
+    are the parameters. `plain` and `weighted` (g, q, q) are triangular matrices of g groups of
+    rows; their last column is the effort.
     """
     change = np.eye(len(names) + 1)
     out = list(names)
