@@ -24,6 +24,7 @@ from frictool.identify.rows.temperature_law import refuse_unknown_temperature
 from frictool.identify.rows.temperature_shape import shaped
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
+LOOKS_SLIDING = "looks like sliding motion, but is given as a log of ramps"
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ def sort_logs(
     refuse_duplicates(every)
     warnings = [warning for record in every for warning in implausible(record, bench)]
     warnings += [
-        f"{Path(record.name).name}: looks like sliding motion, but is given as a log of ramps"
+        f"{Path(record.name).name}: {LOOKS_SLIDING}"
         for record in ramps
         if record.velocity is None and not is_ramp(record, bench)
     ]

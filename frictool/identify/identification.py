@@ -13,7 +13,7 @@ import msgspec
 from frictool.documents.bench import Bench
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify import methods
-from frictool.identify.axis_logs import AxisLogs, sort_logs
+from frictool.identify.axis_logs import LOOKS_SLIDING, AxisLogs, sort_logs
 from frictool.identify.breakaway.rate_table import BreakawayOverRate
 from frictool.identify.breakaway_parameters import (
     NO_RAMPS,
@@ -173,7 +173,7 @@ def identify_records(
         confidence=settings.confidence,
         kinds=logs.kinds,
         warnings=(
-            *logs.warnings,
+            *(one for one in logs.warnings if outcome.ramp or not one.endswith(LOOKS_SLIDING)),
             *_warnings(logs, free, outcome),
             *(() if wider is None else wider.warnings(outcome.identified)),
         ),

@@ -160,5 +160,5 @@ def test_a_scheduled_parameter_that_is_no_number_is_ignored() -> None:
 
 def test_only_an_input_may_be_no_number() -> None:
     program = Program()
-    with pytest.raises(ValueError, match="found constant; allowed: an input"):
+    with pytest.raises(ValueError, match="is constant; allowed: an input"):
         program.valid(program.constant(1.0))
