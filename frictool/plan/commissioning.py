@@ -2,6 +2,7 @@
 
     logs so far               next step
     none                      ramps: direction, encoder, breakaway
+    ramps without breakaway   strokes, then ramps again, at most MOST_RAMPS times
     ramps                     strokes: friction and inertia, unless no strokes are safe
     strokes without result    strokes with other reversals; after MOST_STROKES logs, no test
     ramps, or strokes         search for a controller that meets the specification
@@ -46,6 +47,7 @@ FIRST_STROKES = 0.05  # requested half widths of friction and inertia, relative 
 FALLBACK_DURATION = 30.0  # s, of the best strokes if FIRST_STROKES cannot be reached
 FINER = 0.5  # half widths of a repeated test relative to those reached
 SLIDING = ("inertia", "viscous", "coulomb")
+MOST_RAMPS = 2  # largest number of tests of drive ramps
 MOST_STROKES = 2  # logs of motion from which no sliding parameter is identified
 
 
@@ -132,7 +134,13 @@ def next_step(
     model = outcome.model
     reached = _reached(outcome)
     known = {one.parameter for one in reached}
-    if "ramp" not in outcome.result.kinds.values() and "breakaway" not in known:
+    # an axis with little friction may coast so far that its ramps show too few breakaways
+    ramps = sum("reference" not in log.main.signals for log in logs)
+    if (
+        "ramp" not in outcome.result.kinds.values()
+        and "breakaway" not in known
+        and ramps < MOST_RAMPS
+    ):
         return _ramps(bench, reached)
     untested = None
     if not known.intersection(SLIDING):

@@ -23,6 +23,7 @@ from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
 from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.excite.bench_limits import limits_of
 from frictool.identify.excite.precise_strokes import PreciseTest
+from frictool.identify.excite.stroke_candidates import stroke_candidates
 from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.model_document import LARGEST_BREAKAWAY_RATIO, model_of
 from frictool.logs.canonical.mcap_format import write_mcap
@@ -372,3 +373,28 @@ def test_a_test_without_a_known_travel_is_warned_of(tmp_path: Path) -> None:
     assert result.code == 0, result.stderr
     assert "mechanics.travel is missing" in result.stderr
     assert "inf" not in result.stdout
+
+
+def beginning(log: Log, share: float) -> Log:
+    """Return the first part of a log, with too few breakaways for a log of ramps."""
+    main = log.main
+    count = int(share * main.time.size)
+    signals = {name: values[:count] for name, values in main.signals.items()}
+    part = replace(main, time=main.time[:count], signals=signals)
+    return replace(log, streams=(part,), source=f"part_{share}.mcap")
+
+
+def test_ramps_that_show_too_few_breakaways_are_not_repeated_for_ever(
+    logs: tuple[Log, Log],
+) -> None:
+    """An axis with little friction coasts to the end of the travel after each breakaway."""
+    ramps, strokes = logs
+    first, second = beginning(ramps, 0.04), beginning(ramps, 0.05)
+    assert next_step(BELT, [first, strokes], refusing).name == "breakaway"
+    assert next_step(BELT, [first, strokes, second], refusing).name != "breakaway"
+
+
+def test_strokes_need_a_sample_period_that_fits() -> None:
+    hasty = structs.replace(BELT, sample_period_s=1e-8)
+    with pytest.raises(NoSolutionError, match="time: no stroke on this bench has"):
+        stroke_candidates(hasty, None)

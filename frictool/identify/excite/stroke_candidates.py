@@ -113,7 +113,7 @@ def stroke_candidates(
     ------
     NoSolutionError
         If strokes over the whole travel may be shorter than the backlash plus SHORTEST_COUNTS
-        encoder counts.
+        encoder counts, or if every stroke has too few or too many samples.
     """
     limits = limits_of(bench)
     axis, sensing = worst_axis(bench, effects), worst_sensing(bench, noise)
@@ -127,7 +127,7 @@ def stroke_candidates(
             "travel"
         )
     shortest = max(SHORTEST_SHARE * longest, least / (1.0 - 2.0 * SPREAD))
-    return [
+    candidates = [
         StrokeCandidate(
             stroke, reach, information([stroke], axis, sensing), mean_square(stroke, limits)
         )
@@ -136,6 +136,12 @@ def stroke_candidates(
         for stroke in [_stroke(limits, reach, share)]
         if FEWEST_SAMPLES <= stroke.duration / sensing.period <= MOST_SAMPLES
     ]
+    if not candidates:
+        raise NoSolutionError(
+            f"time: no stroke on this bench has {FEWEST_SAMPLES} to {MOST_SAMPLES} samples; use "
+            "another sample period or travel"
+        )
+    return candidates
 
 
 def _stroke(limits: BenchLimits, reach: float, share: float) -> PlannedStroke:
