@@ -55,17 +55,17 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
 
 
 def short_stroke_warnings(fit: SlidingFit, records: Sequence[MotionRecord]) -> list[str]:
-    """Return a warning if the smoothing window of the fit is longer than half of a median stroke.
+    """Return a warning if the smoothing window is longer than half of a record's median stroke.
 
-    The windows then contain most of a stroke and its changes of acceleration.
+    A window then covers most of a stroke, with changes of the acceleration that smoothing distorts.
     """
     window = fit.details.get("window", 0)
     length = min((size for one in records if (size := stroke_samples(one))), default=math.inf)
     if 2 * window <= length:
         return []
     return [
-        f"strokes of {length:.0f} samples are hardly longer than the smoothing window of {window}: "
-        "the intervals may be too narrow; sample faster, or record longer strokes"
+        f"strokes of {length:.0f} samples are shorter than two smoothing windows ({window} samples "
+        "each): the intervals may be too narrow; sample faster, or record longer strokes"
     ]
 
 

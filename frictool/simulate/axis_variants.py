@@ -3,10 +3,10 @@
 The ranges of inertia, viscous friction, Coulomb friction and drive constant are those that `synth`
 uses (`ranges` of adapters/parameter_intervals.py). At a vertex, each of these four parameters is at
 one end of its range. In a random plant, each parameter is drawn uniformly from its range,
-independently of the others. A breakaway with a range is drawn, too, but not below the drawn Coulomb
-friction; at a vertex, its ratio to the Coulomb friction is that of the model. If more plants are
-drawn with the same seed, the first plants stay the same. adapters/friction_levels.py applies the
-values to models with additional friction parameters.
+independently of the others. A breakaway with a range is drawn, too, from the part of the range that
+is possible with the drawn Coulomb friction. At a vertex, the ratio of breakaway to Coulomb friction
+is that of the model. If more plants are drawn with the same seed, the first plants stay the same.
+adapters/friction_levels.py applies the values to models with additional friction parameters.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ COULOMB = PARAMETERS.index("coulomb")
 class AxisVariant:
     """Plant with the parameters of one variant.
 
-    `name`: name of the variant, empty for the nominal plant. `values`: parameters [SI] that differ
-    from the nominal plant. `dynamic`: dynamic friction law; None for static friction.
+    `name`: name of the variant, empty for the nominal plant. `values`: parameters [SI] that are set
+    for this variant. `dynamic`: dynamic friction law; None for static friction.
     """
 
     name: str
@@ -110,8 +110,8 @@ def variants_of(
 ) -> list[AxisVariant]:
     """Return the plants that the key `variants` of a scenario selects.
 
-    The first plant is the nominal one; vertices or random plants follow. For `variants: given`, the
-    only plant has the values under `given`. `owner` is the name of the model in messages.
+    For `variants: given`, the only plant has the values under `given`. Otherwise, the first plant
+    is the nominal one; vertices or random plants follow. `owner` is the name of the model in messages.
     `parameters`: result of `parameters_of`, computed if None. Raises FrictoolError if a plant's
     parameters are out of range, or if plants must be drawn but no parameter has a range.
     """

@@ -1,12 +1,13 @@
 """Check of the loops of an axis with a spring, at every vertex and at both ends of its stiffness.
 
-The plants of a design and of its certificate have no spring. The stiffness adds the linear term
-stiffness x to the equation of motion, with the position x. This check therefore contains the spring
-exactly. It also contains the resonances of the model.
+The plants of a design and of its certificate have no spring. The spring adds the
+effort stiffness times position to the equation of motion. This term is linear, so that the check
+contains the spring exactly. Each loop is checked without and with the resonances of the model.
 
 A loop that feeds back the speed only, with an integrator, holds the axis at any position against
-the spring. Each position is then an equilibrium, and the loop has one pole at z = 1. No input of
-the sensitivity excites the mode of this pole, which is therefore removed before the check.
+the spring. Each position is then an equilibrium, and the loop has one pole at z = 1. The input of
+the sensitivity function does not excite the mode of this pole. The mode is removed before the
+check, because its pole would count as unstable.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ UNREACHED = 1e-9  # relative size of an input that does not excite a mode
 class SpringCheck:
     """Worst spectral radius and modulus margin of all loops, vertices and ends of the stiffness.
 
-    `where` names loop, vertex and stiffness of the worst margin.
+    `where` names the loop, the vertex and the stiffness with the largest spectral radius if it is 1
+    or more, otherwise with the smallest margin.
     """
 
     spectral_radius: float
@@ -69,14 +71,16 @@ def spring_check(
         places.append(f"{loop.name} at vertex {point.name}, {end:.4g} {stiffness.unit}")
     if not radii:
         return None
+    radius = max(radii)
     margin, at = smallest(margins)
-    return SpringCheck(max(radii), margin, places[at])
+    return SpringCheck(radius, margin, places[radii.index(radius) if radius >= 1.0 else at])
 
 
 def require_spring_margin(check: SpringCheck | None, required: float, name: str = "") -> None:
     """Raise NoSolutionError if a loop with a spring is unstable or below the required margin.
 
-    name: name of the controller, if the check is repeated for a document. A check of None passes.
+    name: name of the controller at the start of the message; "" for a message without a name. If
+    `check` is None, because there is no spring, nothing is raised.
     """
     if check is None:
         return

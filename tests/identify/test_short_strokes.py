@@ -1,4 +1,4 @@
-"""Strokes that are hardly longer than the smoothing window."""
+"""Strokes that are shorter than two smoothing windows."""
 
 from __future__ import annotations
 

@@ -76,9 +76,10 @@ class BreakawayOverPosition:
     def load_slope(self) -> float | None:
         """Return the slope of a load [N m/rad | N/m] that explains the law better than friction.
 
-        A load adds to the breakaway in one direction and reduces it in the other; friction over
-        position does not. The result is None unless the half difference of the two directions
-        changes over the travel at least LIKE_A_LOAD times as much as their mean.
+        A load raises the breakaway in one direction and lowers it in the other; friction over
+        position changes both alike. The result is the slope of (forward - backward)/2 if this
+        varies over the travel at least LIKE_A_LOAD times as much (standard deviation) as the mean
+        of both. Otherwise, and if both directions have a common law, the result is None.
         """
         position = np.linspace(self.low, self.high, 50)
         forward, backward = (polyval(position, powers) for powers in self.powers)

@@ -5,9 +5,10 @@ the position x and the Legendre polynomials P_k. Friction over position is model
 smoothing spline (Wahba 1978): the coefficients of the P_k are random and independent, with mean 0
 and standard deviation t/k^2.
 
-In a test with one sine, the speed is a function of the position, and the even orders resemble
-viscous friction. A log may therefore determine an order less precisely than the prior does. Such
-an order is left out of the fit; `further_orders.py` widens the intervals for it.
+In a test with one sine, |speed| is an even function of the distance from the middle of the stroke.
+The columns of the even orders then resemble that of viscous friction, and the fitted interval of an
+even order may be wider than its interval under the prior. Such an order is left out of the fit;
+`further_orders.py` widens the intervals of the other parameters for it.
 """
 
 from __future__ import annotations
@@ -26,15 +27,16 @@ FITTED_ORDERS = {name: k for k, name in enumerate(OVER_POSITION.names, start=1)}
 
 
 def spline_scale(orders: Vector, coefficients: Vector) -> float:
-    """Return t [N m | N] from the coefficients (n,) of the orders (n,)."""
+    """Return the scale t [N m | N] of the prior, from the coefficients (n,) of the orders (n,)."""
     return float(np.sqrt(np.mean((orders**2 * coefficients) ** 2)))
 
 
 def weak_orders(parameters: Mapping[str, Interval], confidence: float) -> tuple[str, ...]:
     """Return the fitted orders whose intervals are wider than those of the prior.
 
-    The scale t of the prior follows from the squares of the coefficients minus their variances. The
-    result is empty if all orders are that imprecise.
+    For the scale t of the prior, the variance of each coefficient is subtracted from its square;
+    a negative difference counts as 0. The result is empty if every order is that imprecise, because
+    the effect would then lose all its columns.
     """
     fitted = {name: parameters[name] for name in FITTED_ORDERS if name in parameters}
     if not fitted:
