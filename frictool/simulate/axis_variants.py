@@ -111,9 +111,9 @@ def variants_of(
     """Return the plants that the key `variants` of a scenario selects.
 
     For `variants: given`, the only plant has the values under `given`. Otherwise, the first plant
-    is the nominal one; vertices or random plants follow. `owner` is the name of the model in messages.
-    `parameters`: result of `parameters_of`, computed if None. Raises FrictoolError if a plant's
-    parameters are out of range, or if plants must be drawn but no parameter has a range.
+    is the nominal one; vertices or random plants follow. `owner` is the name of the model in
+    messages. `parameters`: result of `parameters_of`, computed if None. Raises FrictoolError if a
+    plant's parameters are out of range, or if plants must be drawn but no parameter has a range.
     """
     if scenario.variants == GIVEN:
         values = given_values(scenario, parameters or parameters_of(model))
