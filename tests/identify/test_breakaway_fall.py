@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from frictool.identify.breakaway.onset import STEPS, looked_up, travel, travel_tables
+from frictool.identify.breakaway.onset import STEPS, looked_up, travel, write_travel_tables
 from frictool.identify.breakaway.stribeck_velocity import Misfit, StribeckFall, allowed_fall
 from frictool.plant.axis import AxisParameters
 from frictool.typing import Vector
@@ -130,7 +130,9 @@ def table_of(
     """Return the table of one onset, the last of two in one call, as the two tables of a search."""
     durations, falls, rates = np.array([[1.0, duration], [0.5, excess], [2.0, rate]])
     axes = np.array([2.0 * axis, axis])
-    table = travel_tables(durations, falls, rates, axes, velocity, exponent)[1]
+    tables = np.empty((len(durations), STEPS, 6))
+    write_travel_tables(durations, falls, rates, axes, velocity, exponent, tables)
+    table = tables[1]
     return np.array([table, table])
 
 

@@ -80,10 +80,18 @@ def travel(t: float, excess: float, rate: float, inertia: float, viscous: float)
 
 
 @kernel
-def travel_tables(
-    duration: Vector, excess: Vector, rate: Vector, axes: Matrix, velocity: float, exponent: float
-) -> Tables:
-    """Return the travel as cubic polynomials of the time t since the onset, (m, STEPS, 6).
+def write_travel_tables(
+    duration: Vector,
+    excess: Vector,
+    rate: Vector,
+    axes: Matrix,
+    velocity: float,
+    exponent: float,
+    tables: Tables,
+) -> None:
+    """Write the travel as cubic polynomials of the time t since the onset to `tables`.
+
+    `tables` has the shape (m, STEPS, 6).
 
     Row k of an onset is valid from t = duration * (k/STEPS)^2 to t = duration * ((k + 1)/STEPS)^2.
     The columns are the start of this interval [s], 1/length [1/s], and the four coefficients,
@@ -96,7 +104,6 @@ def travel_tables(
     friction changes fast.
     """
     m = duration.shape[0]
-    tables = np.empty((m, STEPS, 6))
     slopes = np.empty((4, m))
     s = np.empty(m)
     v = np.empty(m)
@@ -141,16 +148,15 @@ def travel_tables(
             tables[j, k, 4] = 3.0 * rise - 2.0 * left - right
             tables[j, k, 5] = left + right - 2.0 * rise
             s[j] += rise
-    return tables
 
 
 @kernel
 def looked_up(t: float, duration: float, tables: Tables, share: float) -> float:
     """Return the travel [rad | m] at t [s] after the onset; 0 for t <= 0.
 
-    `tables` (2, STEPS, 6) are results of `travel_tables` for two excesses and one duration. The
-    travel is (1 + `share`) times the travel from the second table, minus `share` times the travel
-    from the first table.
+    `tables` (2, STEPS, 6) are written by `write_travel_tables` for two excesses and one duration.
+    The travel is (1 + `share`) times the travel from the second table, minus `share` times the
+    travel from the first table.
     """
     if t <= 0.0:
         return 0.0
@@ -326,8 +332,11 @@ def onset_times(
                 excess[j] = ramps[j, 0] + rate[j] * t0[j] - axes[j, 2]
                 excesses[j, 0] = excess[j] if trial == 1 else excesses[j, 1]
                 excesses[j, 1] = excess[j]
-            tables[:, 0] = tables[:, 1]
-            tables[:, 1] = travel_tables(duration, excess, rate, axes, velocity, exponent)
+            for j in range(m):  # numba takes seconds to compile an assignment of slices
+                for k in range(STEPS):
+                    for column in range(6):
+                        tables[j, 0, k, column] = tables[j, 1, k, column]
+            write_travel_tables(duration, excess, rate, axes, velocity, exponent, tables[:, 1])
         for j in range(m):
             if found[j, 3] == OK and (trial > 0 or math.isnan(t0[j])):
                 t0[j] = least_misfit(
