@@ -48,11 +48,14 @@ def save_plot(sequence: ExcitationSequence, plot: Path, bench: Path) -> None:
 def save_test(sequence: ExcitationSequence, output: Path, words: str, inputs: list[Path]) -> None:
     """Write test signals as CSV or MCAP, according to the ending of `output`.
 
-    `words`: text of the command, for the provenance.
+    A test longer than LONGEST is announced first. `words`: text of the command, for the provenance.
     """
     from frictool.documents.provenance import provenance_of_command
+    from frictool.identify.excite.excitation_sequence import LONGEST
     from frictool.logs.provenance import with_provenance
 
+    if sequence.duration > LONGEST:
+        note(f"writing a test of {sequence.duration:.4g} s, {sequence.samples} rows")
     log = with_provenance(sequence.as_log(output.name), provenance_of_command(words, inputs))
     with replacing(output, inputs) as stream:
         if output.suffix.lower() == ".mcap":
@@ -71,7 +74,7 @@ def summary(sequence: ExcitationSequence) -> dict[str, Any]:
     return {
         "kind": sequence.kind,
         "duration_s": sequence.duration,
-        "samples": sequence.time.size,
+        "samples": sequence.samples,
         "columns": sequence.units,
         "rule": sequence.rule,
         "figures": sequence.figures,
@@ -82,7 +85,7 @@ def text(sequence: ExcitationSequence, output: Path, bench: Bench) -> str:
     """Return a summary of the test signals as text."""
     where = "stdout" if output == STDOUT else output.name
     lines = [
-        f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.time.size} "
+        f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.samples} "
         f"samples, {', '.join(sequence.columns)}"
     ]
     lines += [

@@ -201,6 +201,8 @@ class RehearsedTests:
             except NoSolutionError as error:
                 refusal = refusal or str(error)
                 break
+            if kept is not None and test.sequence.duration >= kept.sequence.duration:
+                break  # no shorter test is possible
             reached, sample = self.rehearsed(test, f"round {number}")
             ratio = self.ratio(reached)
             if ratio <= 1.0:

@@ -7,14 +7,18 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 
 from frictool.documents.bench import Bench
+from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
+from frictool.documents.writing import to_yaml
 from frictool.engine.axis_motion import advance
 from frictool.errors import NoSolutionError
 from frictool.identify.breakaway.breakaway import breakaway
@@ -329,6 +333,49 @@ def test_the_command_line(tmp_path: Path) -> None:
     assert run("excite", "--help").stdout.index("Example:") < run("excite", "--help").stdout.index(
         "Options:"
     )
+
+
+def slow_bench(speed: float) -> Bench:
+    """Return the clutch's bench with a low top speed [rad/s], whose steps take 200 rad/speed."""
+    bench = clutch()
+    mechanics = structs.replace(bench.mechanics, top_speed=Quantity(speed, unit="rad/s"))
+    return structs.replace(bench, mechanics=mechanics)
+
+
+def test_a_test_of_more_than_an_hour_is_written_only_if_an_option_chooses_its_length(
+    tmp_path: Path,
+) -> None:
+    rig, out = tmp_path / "bench.yaml", tmp_path / "test.mcap"
+    rig.write_text(to_yaml(slow_bench(0.05)))
+    line = ("excite", "--bench", rig, "--kind", "steps", "-o", out)
+    refused(run(*line), 4, "time: the test `steps` takes", "at most 3600 s", "--repetitions")
+    assert not out.exists()
+    written = run(*line, "--repetitions", "1", "--json")
+    facts = json.loads(written.stdout)
+    assert written.code == 0
+    assert facts["duration_s"] > 3600.0
+    head = f"writing a test of {facts['duration_s']:.4g} s, {facts['samples']} rows"
+    assert head in written.stderr
+    assert read_log(out, None).main.time.size == facts["samples"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [
+        ("steps", ExcitationSettings(repetitions=100_000)),
+        ("multisine", ExcitationSettings(frequency=1e-6)),
+        ("multisine", ExcitationSettings(repetitions=100_000)),
+        ("breakaway", ExcitationSettings(rate=1e-7)),
+        ("breakaway", ExcitationSettings(repetitions=100_000)),
+    ],
+)
+def test_a_test_with_too_many_samples_is_refused_before_it_is_computed(
+    kind: str, options: ExcitationSettings
+) -> None:
+    began = perf_counter()
+    with pytest.raises(NoSolutionError, match=r"duration: .* samples; allowed: at most 1e\+07"):
+        excite(kind, clutch(), options)
+    assert perf_counter() - began < 5.0
 
 
 @pytest.mark.parametrize("names", [("current",), ("position", "speed factor")])

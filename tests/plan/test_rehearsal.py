@@ -8,10 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import structs
 from scipy.special import ndtr
 
 from frictool.documents.bench import Bench
+from frictool.documents.load_terms import LoadTerms
+from frictool.documents.quantity import Quantity, si_unit
 from frictool.errors import NoSolutionError
+from frictool.identify.excite.breakaway_ramps import effort_rate
 from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.excite.precise_ramps import precise_ramps
 from frictool.identify.excite.precise_strokes import (
@@ -30,6 +34,7 @@ from frictool.plan.rehearsed_test import (
     SHORTER,
     STALLS,
     RehearsedTests,
+    rehearsed_ramps,
     rehearsed_strokes,
 )
 from studies.promises.rigs import benches
@@ -102,6 +107,46 @@ def test_ramps_have_enough_onsets_for_identify() -> None:
     sample = rehearse(test.sequence, bench, {"breakaway": math.inf})["breakaway"]
     assert not sample.refusals
     assert len(sample.widths) == REHEARSALS
+
+
+def loaded(bench: Bench, share: float) -> Bench:
+    """Return a bench with a load of `share` times the Coulomb friction."""
+    most = Quantity(share * bench.mechanics.coulomb.value, unit=si_unit("effort", bench.axis))
+    return structs.replace(bench, load=LoadTerms(("spring",), most=most))
+
+
+@pytest.mark.parametrize("name", ["arm", "belt", "servo-24", "table"])
+@pytest.mark.parametrize("share", [0.5, 3.0])
+def test_a_load_makes_ramps_longer_by_its_own_rise_and_not_slower(
+    name: str, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rehearsals that need a tenth of the precision end the design at its first test."""
+
+    def precise(*arguments: Any) -> dict[str, HalfWidthSample]:
+        return {key: HalfWidthSample((0.1 * half,) * 8, ()) for key, half in arguments[2].items()}
+
+    monkeypatch.setattr(rehearsed_test, "rehearse", precise)
+    request = PrecisionRequest({"breakaway": 0.1})
+    free, bench = rig(name), loaded(rig(name), share)
+    without, with_load = (rehearsed_ramps(one, request).sequence for one in (free, bench))
+    fastest = effort_rate(bench) / bench.actuator.constant.value
+    rise = with_load.figures["top"] / without.figures["top"]
+    assert with_load.figures["rate"] >= 0.5 * fastest
+    assert with_load.duration <= 1.1 * rise * without.duration
+
+
+@pytest.mark.parametrize("seconds", [150.0, 400.0, 1000.0])
+@pytest.mark.parametrize("name", ["arm", "belt"])
+def test_ramps_of_a_duration_have_no_more_rows(name: str, seconds: float) -> None:
+    """The rows of all segments count; an axis that moves by its rules plays only a part of them."""
+    bench = loaded(rig(name), 1.0)
+    try:
+        test = precise_ramps(bench, PrecisionRequest({"breakaway": 0.1}, duration=seconds))
+    except NoSolutionError as error:
+        needed = float(str(error).split("ramps need ")[1].split(" s")[0])
+        assert needed > seconds
+        return
+    assert 0.5 * seconds < test.sequence.duration <= seconds
 
 
 def test_the_default_kind_is_the_test_if_no_mix_of_its_duration_has_the_precision(

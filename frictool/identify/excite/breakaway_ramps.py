@@ -30,7 +30,11 @@ from frictool.documents.quantity import Quantity
 from frictool.engine.status_codes import OK
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import BenchLimits, limits_of
-from frictool.identify.excite.excitation_sequence import ExcitationSequence, command_sequence
+from frictool.identify.excite.excitation_sequence import (
+    ExcitationSequence,
+    check_samples,
+    command_sequence,
+)
 from frictool.plant.axis import DRIVE, POSITION, VELOCITY, AxisParameters, rest
 from frictool.typing import Vector
 
@@ -127,7 +131,8 @@ def breakaway_ramps(
     - open_loop: True to raise the drive signal to the top of every ramp, even if the axis moves
     - segments: number of ramps over the travel in each direction
 
-    Raises NoSolutionError if a limit is exceeded; the message names the limit.
+    Raises NoSolutionError if a limit is exceeded, or if the sequence has more than MOST_SAMPLES
+    samples; the message names the limit.
     """
     needed = _needed_drive(bench, limits)
     top = top or _default_top(bench, limits)
@@ -138,6 +143,10 @@ def breakaway_ramps(
             f"(largest breakaway) to {limits.drive_limit:.4g} (actuator.limit)"
         )
     slope = rate or effort_rate(bench) / bench.actuator.constant.value
+    # an estimate, before simulations that would take long; open-loop ramps may be few
+    fewest = 2 * repetitions * (1 if open_loop else segments)
+    remedy = "raise --rate of `excite --kind breakaway`" + " or lower load.most" * (limits.load > 0)
+    check_samples(fewest * top / slope, bench.sample_period_s, remedy)
     advance_on = _advance(bench, limits, segments)
     ramp = Ramp(
         slope,
@@ -153,6 +162,8 @@ def breakaway_ramps(
         math.ceil(SPARE * max(getattr(one, side) for one in played))
         for side in ("forward", "backward")
     ]
+    lasting = repetitions * sum(written) * (ramp.pause + ramp.top / ramp.rate)
+    check_samples(lasting, bench.sample_period_s, remedy)
     command, number = _table(ramp, bench.sample_period_s, written, repetitions)
     rule = (
         "play every row"
@@ -172,12 +183,16 @@ def breakaway_ramps(
     return command_sequence(bench, command, number, rule, figures)
 
 
-def ramp_pause(bench: Bench, rate: float) -> float:
-    """Return the pause [s] before each of SEGMENTS ramps with the slope `rate` [A/s | V/s]."""
+def ramp_duration(bench: Bench, rates: Vector) -> Vector:
+    """Return the duration [s] of one of SEGMENTS ramps, with its pause, for each rate.
+
+    rates: slopes (n,) of the ramps, N m/s | N/s. The pause is that of the fastest ramp, after which
+    the axis coasts for longest.
+    """
     limits = limits_of(bench)
-    return coasting_pause(
-        bench, rate, _default_top(bench, limits), _advance(bench, limits, SEGMENTS)
-    )
+    top, slopes = _default_top(bench, limits), rates / bench.actuator.constant.value
+    pause = coasting_pause(bench, float(slopes.max()), top, _advance(bench, limits, SEGMENTS))
+    return np.asarray(pause + top / slopes)
 
 
 def _needed_drive(bench: Bench, limits: BenchLimits) -> float:

@@ -21,14 +21,27 @@ from frictool.identify.excite.bench_limits import (
 )
 from frictool.identify.excite.breakaway_ramps import breakaway_ramps
 from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke, cramer_rao
-from frictool.identify.excite.excitation_sequence import ExcitationSequence, reference_sequence
+from frictool.identify.excite.excitation_sequence import (
+    LONGEST,
+    ExcitationSequence,
+    check_samples,
+    reference_sequence,
+)
 from frictool.identify.excite.half_sines import Motion, reachable_speed
 from frictool.identify.excite.sine import BEST_SPEED, best_stroke, condition, longest_distance, sine
 from frictool.identify.excite.sines import DURATION, SPEEDS, plan, sines
 from frictool.identify.excite.steps import steps
 
 SINE_DURATION = 10.0  # s, default
-LONGEST = 10_000_000  # samples of the longest test; a longer test is probably a wrong setting
+# settings with which the user chooses the length of a test
+LENGTHS = {
+    "sine": ("duration", "repetitions", "frequency", "speed"),
+    "sines": ("duration",),
+    "speeds": ("duration",),
+    "breakaway": ("rate", "repetitions"),
+    "steps": ("repetitions",),
+    "multisine": ("frequency", "repetitions"),
+}
 
 
 @dataclass(frozen=True)
@@ -77,9 +90,19 @@ def excite(kind: str, bench: Bench, settings: ExcitationSettings) -> ExcitationS
     Raises
     ------
     NoSolutionError
-        If the test exceeds a limit of the bench. The message names the limit.
+        If the test exceeds a limit of the bench, if it has more than MOST_SAMPLES samples, or if it
+        takes longer than LONGEST and no setting chooses its length. The message names the limit.
     """
-    return MAKERS[kind](bench, limits_of(bench), settings)
+    sequence = MAKERS[kind](bench, limits_of(bench), settings)
+    names = LENGTHS[kind]
+    if sequence.duration > LONGEST and all(getattr(settings, name) is None for name in names):
+        options = " or ".join(f"--{name}" for name in names)
+        raise NoSolutionError(
+            f"time: the test `{kind}` takes {sequence.duration:.4g} s ({sequence.samples} samples) "
+            f"on this bench; allowed: at most {LONGEST:g} s; choose its length with `excite "
+            f"--kind {kind}` and {options}"
+        )
+    return sequence
 
 
 def _reference(
@@ -99,7 +122,7 @@ def _sine(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> Ex
     stroke = _stroke(bench, limits, settings, duration)
     times = settings.repetitions or max(1, round(duration / (2.0 * stroke.duration)))
     stroke = PlannedStroke(stroke.speed, stroke.distance, times)
-    _bearable(2.0 * stroke.times * stroke.duration, bench)
+    check_samples(2.0 * stroke.times * stroke.duration, bench.sample_period_s)
     figures = {
         "frequency_hz": stroke.frequency,
         "amplitude": 0.5 * stroke.distance,
@@ -146,8 +169,9 @@ def _stroke(
 
 def _sines(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> ExcitationSequence:
     distance = 2.0 * settings.amplitude if settings.amplitude else None
-    _bearable(settings.duration or DURATION, bench)
     strokes = plan(limits, settings.duration or DURATION, settings.speeds or SPEEDS, distance)
+    lasting = sum(2.0 * stroke.times * stroke.duration for stroke in strokes)
+    check_samples(lasting, bench.sample_period_s)
     figures = {f"speed_{number}": stroke.speed for number, stroke in enumerate(strokes, start=1)}
     motion = sines(strokes, limits, bench.sample_period_s, settings.seed or 0)
     return _reference("sines", bench, limits, motion, {**figures, **_bounds(strokes, bench)})
@@ -188,7 +212,7 @@ def _steps(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> E
 def _speeds(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> ExcitationSequence:
     period = bench.sample_period_s
     duration = settings.duration or runs.DURATION
-    _bearable(duration, bench)
+    check_samples(duration, period)
     count = settings.speeds or runs.SPEEDS
     speeds = runs.chosen_speeds(limits, period, bench.encoder.resolution, duration, count)
     figures = {f"speed_{number}": speed for number, speed in enumerate(speeds, start=1)}
@@ -207,14 +231,6 @@ def _breakaway(
         settings.repetitions or 1,
         bool(settings.open_loop),
     )
-
-
-def _bearable(duration: float, bench: Bench) -> None:
-    if duration / bench.sample_period_s > LONGEST:
-        raise NoSolutionError(
-            f"duration: {duration:.4g} s is {duration / bench.sample_period_s:.3g} samples; "
-            f"allowed: at most {LONGEST:g}; shorten the test"
-        )
 
 
 MAKERS: dict[str, Callable[[Bench, BenchLimits, ExcitationSettings], ExcitationSequence]] = {

@@ -8,12 +8,16 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import drive_dimension, si_unit
+from frictool.errors import NoSolutionError
 from frictool.logs.canonical.mcap_layout import NS, StreamHeader
 from frictool.logs.conversion import OutgoingStream
 from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
 from frictool.logs.stream_source import SampleBlock
 from frictool.runtime.object_view import ResultView
 from frictool.typing import Vector
+
+LONGEST = 3600.0  # s, longest test whose duration the user has not chosen
+MOST_SAMPLES = 10_000_000  # samples of the longest test; a longer test is probably a wrong setting
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,14 +40,17 @@ class ExcitationSequence(ResultView):
     @property
     def time(self) -> Vector:
         """Return the time (n,) of each sample, s."""
-        return np.asarray(
-            np.arange(next(iter(self.columns.values())).size) * self.period, dtype=np.float64
-        )
+        return np.asarray(np.arange(self.samples) * self.period, dtype=np.float64)
+
+    @property
+    def samples(self) -> int:
+        """Return the number of samples."""
+        return next(iter(self.columns.values())).size
 
     @property
     def duration(self) -> float:
         """Return the duration of the sequence, s."""
-        return next(iter(self.columns.values())).size * self.period
+        return self.samples * self.period
 
     def as_log(self, source: str) -> Log:
         """Return the sequence as a log, with `rule` and `figures` as metadata."""
@@ -65,6 +72,19 @@ class ExcitationSequence(ResultView):
             np.rint(self.time * NS).astype(np.int64), tuple(self.columns.values())
         )
         return OutgoingStream(head, iter([samples]))
+
+
+def check_samples(duration: float, period: float, remedy: str = "shorten the test") -> None:
+    """Raise NoSolutionError if a test of `duration` [s] has more than MOST_SAMPLES samples.
+
+    - period: sample period, s
+    - remedy: text on what to do
+    """
+    if duration > MOST_SAMPLES * period:
+        raise NoSolutionError(
+            f"duration: {duration:.4g} s is {duration / period:.3g} samples; "
+            f"allowed: at most {MOST_SAMPLES:g}; {remedy}"
+        )
 
 
 def reference_sequence(

@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 from frictool.identify.excite.bench_limits import BenchLimits
+from frictool.identify.excite.excitation_sequence import check_samples
 from frictool.identify.excite.half_sines import TOP_SHARE, Motion, spare_effort
 from frictool.typing import Vector
 
@@ -97,6 +98,7 @@ def multisine(
             else SLOWEST
         )
     samples = max(4 * phases.size, round(1.0 / (frequency * period)))
+    check_samples(repetitions * samples * period, period)
     rate = 2.0 * math.pi / (samples * period)
     position, velocity, acceleration = _sums(np.asarray(rate * period * np.arange(samples)), phases)
     reach = 0.5 * float(np.ptp(position))

@@ -14,7 +14,12 @@ from frictool.errors import NoSolutionError
 from frictool.identify.assess.weak_form_precision import weak_deviation
 from frictool.identify.excite.bench_limits import BenchLimits, check_reference, limits_of
 from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke
-from frictool.identify.excite.excitation_sequence import ExcitationSequence, reference_sequence
+from frictool.identify.excite.excitation_sequence import (
+    LONGEST,
+    ExcitationSequence,
+    check_samples,
+    reference_sequence,
+)
 from frictool.identify.excite.half_sines import Motion, joined, reachable_speed
 from frictool.identify.excite.sines import SPREAD
 from frictool.identify.excite.stroke_candidates import (
@@ -57,7 +62,7 @@ class PrecisionRequest:
 
     wanted: Mapping[str, float]
     duration: float | None = None
-    longest: float = 3600.0
+    longest: float = LONGEST
     noise: float | None = None
     seed: int = 0
     robust: bool = True
@@ -164,6 +169,7 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
         if request.duration is None:
             raise _unreachable(bench, request, None)
     limits = limits_of(bench)
+    check_samples(float(times @ program.duration), bench.sample_period_s)
     motion = stroke_motion(candidates, times, limits, bench.sample_period_s, request.seed)
     check_reference(limits, *motion)
     names = [SLIDING[row] for row in program.requested]

@@ -8,6 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from frictool.identify.excite.bench_limits import BenchLimits
+from frictool.identify.excite.cramer_rao import PlannedStroke
+from frictool.identify.excite.excitation_sequence import check_samples
 from frictool.identify.excite.half_sines import Motion, half_sine, joined, reachable_speed
 from frictool.identify.excite.sine import longest_distance
 
@@ -24,13 +26,17 @@ def steps(limits: BenchLimits, period: float, amplitude: float | None, repetitio
     """
     distance = 2.0 * amplitude if amplitude else longest_distance(limits)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
-    levels = middle + distance * (np.array(LEVELS * repetitions + LEVELS[:1]) - 0.5)
+    levels = middle + distance * (np.array(LEVELS + LEVELS[:1]) - 0.5)
+    moves = [
+        (start, end, reachable_speed(limits, abs(end - start))) for start, end in pairwise(levels)
+    ]
+    lasting = sum(
+        REST + PlannedStroke(speed, abs(end - start)).duration for start, end, speed in moves
+    )
+    check_samples(repetitions * lasting, period)
     parts = []
-    for start, end in pairwise(levels):
-        parts += [
-            half_sine(start, end, reachable_speed(limits, abs(end - start)), period),
-            _rest(end, period),
-        ]
+    for start, end, speed in moves * repetitions:
+        parts += [half_sine(start, end, speed, period), _rest(end, period)]
     return joined(parts, float(levels[-1]))
 
 
