@@ -25,6 +25,7 @@ from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.runtime.object_view import ResultView
 from frictool.synth.feasibility import check_feasible, check_played_step
+from frictool.synth.least_drive import check_least_drive
 from frictool.synth.load_disturbance import disturbance
 from frictool.synth.search.candidate_controller import CandidateControllers
 from frictool.synth.search.candidate_family import CandidateFamily
@@ -117,6 +118,7 @@ def design_automatically(
     model, spec = test.model, test.spec
     require_identified(model)
     disturbance(model)  # refuses loads that the structures cannot handle
+    check_least_drive(model, spec, test.scenario, test.plants)
     length = longest_step_of(test.scenario)
     scales = design_scales(model, spec, length, response_time(model, spec))
     kept = _kept_blocks(spec, wishes)

@@ -8,7 +8,8 @@ controller:
 
 - The axis stops short of the target by static_error and one encoder count.
 - The step begins with the backlash open.
-- Load, back-EMF and resonances are neglected.
+- Load, back-EMF and resonances are neglected. If `drive_peak` of the specification is below the
+  drive's limit, it replaces the limit, and the largest load over the position helps the drive.
 - For the rise time, the axis need not stop, and the drive has no lag.
 
 Method `auto` simulates steps of a known length. The time constant of the slowest plant's speed loop
@@ -27,6 +28,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import structs
 
 from frictool.adapters.drive_bound import driven_axis
 from frictool.adapters.model_polytope import polytope
@@ -44,6 +46,7 @@ from frictool.plant.time_optimal import (
     shortest_time,
     time_optimal_response,
 )
+from frictool.synth.load_disturbance import disturbance
 
 RISE = (0.1, 0.9)  # fractions of the step at which rise_time_s begins and ends
 LENGTHS = 20  # bisections in the search for the longest step
@@ -71,9 +74,8 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
         ("response_time_95_s", _response(model, spec)),
         ("rise_time_s", _rise),
     ):
-        required = getattr(spec, key)
-        if required is not None:
-            notes += _check_time(key, required, least, model, shortest_step(model, spec))
+        if getattr(spec, key) is not None:
+            notes += _check_time(key, spec, least, model)
     return tuple(notes)
 
 
@@ -86,15 +88,16 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     required = spec.response_time_95_s
     if required is None:
         return
-    slowest = slowest_step(model, _response(model, spec), length)
+    limited, limit = _with_drive_peak(model, spec)
+    slowest = slowest_step(limited, _response(model, spec), length)
     allowance = loop_allowance(model, spec.modulus_margin or LEAST_MARGIN, dead_time)
     if required >= slowest.time + allowance:
         return
     raise NoSolutionError(
         f"response_time_95_s: found {required:.4g} s; on a step of {length:.4g} "
         f"{si_unit('position', model.axis)}, the drive needs {slowest.time:.4g} s "
-        f"({_described(slowest.plant, model)}) and the loop {allowance:.4g} s; raise the time "
-        "or actuator.limit"
+        f"({_described(slowest.plant, limited)}) and the loop {allowance:.4g} s; raise the time "
+        f"or {limit}"
     ).at("spec", "response_time_95_s")
 
 
@@ -140,6 +143,33 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
                 f"{name}.band: {finding}; allowed: at most static_error of the specification, "
                 f"{spec.static_error.value:.6g} {unit}; narrow the band, or widen static_error"
             ).at("design", f"{name}.band")
+
+
+def _with_drive_peak(model: Model, spec: Spec) -> tuple[Model, str]:
+    """Return the model with the smaller of drive's limit and `drive_peak`, and the key of it.
+
+    The largest load that depends on the position is added to `drive_peak`, since it may help the
+    drive. The drive's limit remains if `drive_peak` does not overcome the friction
+    (synth/least_drive.py), or if the friction depends on the position.
+    """
+    unchanged = (model, "actuator.limit")
+    actuator, peak = model.bench.actuator, spec.drive_peak
+    if peak is None or (model.laws is not None and model.laws.position is not None):
+        return unchanged
+    try:
+        load = disturbance(model)
+    except NoSolutionError:  # the callers refuse this load
+        return unchanged
+    helping = load.gravity + load.ripple + load.spring
+    reduced = peak.value + helping / actuator.constant.interval[0]
+    slowest = min(plant.constant * reduced - plant.coulomb for plant in polytope(model).vertices)
+    if reduced >= actuator.limit.value or slowest <= 0.0:
+        return unchanged
+    limit = structs.replace(actuator.limit, value=reduced, low=None, high=None)
+    lag = 0.0 if helping > 0.0 else actuator.loop_time_constant_s  # a load acts at once
+    drive = structs.replace(actuator, limit=limit, rms_limit=None, loop_time_constant_s=lag)
+    bench = structs.replace(model.bench, actuator=drive)
+    return structs.replace(model, bench=bench), "drive_peak"
 
 
 def shortest_step(model: Model, spec: Spec) -> float:
@@ -193,21 +223,20 @@ def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
     return replace(axis, backlash=known.backlash.interval[1], backlash_coulomb=friction)
 
 
-def _check_time(
-    key: str, required: float, least: ShortestTime, model: Model, shortest: float
-) -> list[str]:
+def _check_time(key: str, spec: Spec, least: ShortestTime, model: Model) -> list[str]:
     """Return a note on longer steps; raise NoSolutionError if the drive is too slow.
 
-    `required` is the time [s] that the specification states for `key`, `shortest` the length of the
-    shortest step [rad | m].
+    `key`: requirement on a time. `least`: function from an axis and a length to the shortest time.
     """
     unit = si_unit("position", model.axis)
+    required, shortest = getattr(spec, key), shortest_step(model, spec)
+    model, limit = _with_drive_peak(model, spec)
     slowest = slowest_step(model, least, shortest)
     if required < slowest.time:
         raise NoSolutionError(
             f"{key}: found {required:.4g} s; the drive needs at least {slowest.time:.4g} s "
             f"even for a step of {shortest:.4g} {unit} "
-            f"({_described(slowest.plant, model)}); raise {key} or actuator.limit"
+            f"({_described(slowest.plant, model)}); raise {key} or {limit}"
         ).at("spec", key)
     travel = model.bench.mechanics.travel
     if travel is None:
@@ -243,6 +272,6 @@ def _longest_step(
 def _described(plant: PlantPoint, model: Model) -> str:
     effort, axis = si_unit("effort", model.axis), driven_axis(model.bench, plant)
     return (
-        f"{axis.effort:.4g} {effort} at its limit, inertia {plant.inertia:.4g} "
+        f"at most {axis.effort:.4g} {effort}, inertia {plant.inertia:.4g} "
         f"{si_unit('inertia', model.axis)}, Coulomb friction {plant.coulomb:.4g} {effort}"
     )
