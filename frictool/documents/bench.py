@@ -173,7 +173,7 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `constant`: Force or torque per ampere or volt.
     - `limit`: Largest magnitude of the drive.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for a drive without
-      lag.
+      lag. A logged voltage is taken as the command, before this lag.
     - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
     - `servo`: Firmware of a smart servo; `limit` is then the nominal supply voltage.
     - `rms_limit`: Largest rms value that the drive may have over a test, such as the continuous
@@ -195,6 +195,15 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
             raise ValueError("`winding` is for `drive: current`; a voltage is limited by `limit`")
         if self.servo is not None and self.drive != "voltage":
             raise ValueError("`servo` is for `drive: voltage`; found `drive: current`")
+
+    @property
+    def logged_lag_s(self) -> float:
+        """Return the time constant with which a logged drive moves between two rows of a log.
+
+        The result is 0 for a drive that is constant between two rows. A logged voltage is constant,
+        because the drive's lag and the winding's inductance delay only its effect.
+        """
+        return self.loop_time_constant_s if self.drive == "current" else 0.0
 
 
 class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

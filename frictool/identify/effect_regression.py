@@ -74,6 +74,7 @@ class AcceptedEffects:
     - held_out: squared prediction error of the effort in strokes left out of the fit, divided by
       the error without the effects
     - scatter: half width of the interval of each shift; 0 for a parameter that is not a key
+    - one_sided: True if the effects cannot cause a shift in the opposite direction
     """
 
     what: tuple[str, ...]
@@ -81,6 +82,7 @@ class AcceptedEffects:
     shift: Mapping[str, float]
     held_out: float = 1.0
     scatter: Mapping[str, float] = field(default_factory=dict)
+    one_sided: bool = False
 
 
 @dataclass(frozen=True)
@@ -282,6 +284,26 @@ class EffectRegression:
             return None
         level = 1.0 - self.confidence
         return found["inertia"] if self.rows.probability(one, others) < level else None
+
+    def undelayed_viscous(self, viscous: float) -> Interval | None:
+        """Return the inertia if the delay acts on the effort less `viscous` times the velocity.
+
+        Return None if the model lacks the delay or the inertia. With the column -du/dt of the delay
+        replaced by viscous a - du/dt, the regression of the same rows gives this inertia.
+        """
+        columns = self.rows.columns(self.used)
+        names = [self.rows.names[k] for k in columns]
+        if DELAY not in names or "inertia" not in names:
+            return None
+        turned = np.eye(len(names) + 1)
+        turned[names.index("inertia"), names.index(DELAY)] = viscous
+        parts = self.rows.plain[:, :, [*columns, -1]] @ turned
+        try:
+            solution = solve_triangles(parts, self.rows.cluster)
+        except SingularRegressors:
+            return None
+        half = solution.half_width(self.confidence)
+        return intervals_around(names, solution.value, half)["inertia"]
 
     def rates(self, effect: Hypothesis) -> dict[str, float]:
         """Return the change of each free parameter per unit of the coefficient of `effect`.

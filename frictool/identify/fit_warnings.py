@@ -83,6 +83,19 @@ def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
     ]
 
 
+def lag_warnings(bench: Bench) -> list[str]:
+    """Return a warning if the bench states a lag of a voltage drive, which identify cannot see."""
+    actuator = bench.actuator
+    lag = actuator.loop_time_constant_s
+    if actuator.drive != "voltage" or actuator.servo is not None or lag == 0.0:
+        return []
+    return [
+        f"actuator.loop_time_constant_s {lag:.3g} s: the logged voltage is taken as the command; "
+        "the intervals include a voltage measured behind this lag; if neither is meant, or L/R, "
+        "write 0"
+    ]
+
+
 def _other_unit(ratios: Mapping[str, float], bench: Bench) -> list[str]:
     if len(ratios) < 2:
         return []

@@ -17,7 +17,7 @@ from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import Identification, NothingIdentified, identify_records
 from frictool.identify.measurement.bench_measurement import constant_warning, measurement
-from frictool.identify.measurement.winding import WindingLog, winding_log
+from frictool.identify.measurement.winding import winding_log
 from frictool.identify.methods import IdentificationRequest
 from frictool.identify.model_document import bench_model, model_of
 from frictool.identify.motion_record import MotionRecord, record_of
@@ -120,7 +120,8 @@ def identify(
         kinds = result.kinds
         sliding = [one for one in (*records, *slopes) if kinds.get(one.name) == SLIDING_LOG]
         currents = [one.currents for group in prepared for one in group if one.currents]
-        windings = [one.winding for group in prepared for one in group if one.winding]
+        logged = [winding_log(one.record) for group in prepared for one in group]
+        windings = [one for one in logged if one is not None]
         measured = measurement(sliding, currents, windings, bench, request.settings.confidence)
         doubt = constant_warning(measured, bench)
         if doubt is not None:
@@ -149,16 +150,14 @@ def _identify_servo(
 
 @dataclass(frozen=True)
 class PreparedLog:
-    """Record of a log, and signals of the actuator in this log.
+    """Record of a log, and the currents in this log.
 
     - currents: commanded current (n,) [A], measured current (n,) [A] and sample period [s]; None if
       the log lacks one of the currents
-    - winding: signals of the motor's winding; None if voltage, current or position is missing
     """
 
     record: MotionRecord
     currents: tuple[Vector, Vector, float] | None
-    winding: WindingLog | None
 
 
 def _prepared(log: Log, bench: Bench, tell: Callable[[str], None]) -> PreparedLog:
@@ -171,4 +170,4 @@ def _prepared(log: Log, bench: Bench, tell: Callable[[str], None]) -> PreparedLo
     currents = None
     if {"current_command", "current"} <= signals.keys():
         currents = (signals["current_command"], signals["current"], record.period)
-    return PreparedLog(record, currents, winding_log(log, record))
+    return PreparedLog(record, currents)

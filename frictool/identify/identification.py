@@ -25,6 +25,7 @@ from frictool.identify.fit_result import CURVE, PARAMETERS, SLIDING, SlidingFit,
 from frictool.identify.fit_warnings import (
     contradiction_warnings,
     doubt_warnings,
+    lag_warnings,
     load_warnings,
     replacement_warnings,
     short_stroke_warnings,
@@ -216,6 +217,7 @@ def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list
     if fit is None or free is None:
         return warnings
     warnings += [
+        *lag_warnings(logs.bench),
         *replacement_warnings(free, fit, outcome.identified),
         *([] if logs.drive_off else doubt_warnings(fit, logs.method)),
         *short_stroke_warnings(fit, logs.sliding),

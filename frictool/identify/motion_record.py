@@ -1,9 +1,20 @@
 """Position and effort of one log on a uniform clock, the input of every method.
 
-If the drive has a lag (`loop_time_constant_s` > 0), the logged effort of a sample is the value at
-the time of the sample. Without a lag, the drive holds this effort until the next sample. The two
-cases differ by a shift of half a sample period T between position and effort. This shift would
-change the fitted inertia by T/2 times the viscous friction. The record therefore states the lag.
+If a current drive has a lag (`loop_time_constant_s` > 0), the logged effort of a sample is the
+value at the time of the sample. Without a lag, the drive holds this effort until the next sample.
+The two cases differ by a shift of up to one sample period T between position and effort. This shift
+would change the fitted inertia by T times the viscous friction. The record therefore states the
+lag.
+
+A drive is updated at its samples. If its lag is much shorter than T, the time of the reading
+decides whether the log contains the effort before or after the update. The reading is assumed to
+follow the update after an exponentially distributed time with the mean READ_LATE T. This time
+exceeds the lag with the probability a = exp(-lag/(READ_LATE T)); the reading then counts as one
+after the update. The effort of the record is the mean of both cases. It is therefore continuous in
+the lag.
+
+A voltage is always taken as constant between samples, whatever the lag of the drive: a log usually
+contains the commanded voltage, and the inductance of the winding delays the current only.
 
 If a log has a measured velocity and no position, the position of its record is the trapezoidal
 integral of the velocity from 0. Second differences of this position are differences of the
@@ -15,6 +26,7 @@ such a record (`methods`).
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Concatenate, ParamSpec, TypeVar
@@ -39,6 +51,8 @@ MOST_BROKEN = 0.02
 # relative deviation from the median interval; a record is refused if more than half of its
 # intervals deviate by more
 ERRATIC = 0.5
+# mean time from the update of a current to its reading, in periods: 10 us of a period of 1 ms
+READ_LATE = 0.01
 LONGEST_BRIDGE = 5.0  # periods; a longer interval of a jittering clock is a gap
 
 
@@ -71,6 +85,21 @@ class TemperatureSignal:
 
 
 @dataclass(frozen=True, eq=False)
+class WindingSignals:
+    """Signals of a motor's winding, from the rows of a log in which all are finite, each (n,).
+
+    - time: s
+    - voltage, current: V, A
+    - position: rad | m
+    """
+
+    time: Vector
+    voltage: Vector
+    current: Vector
+    position: Vector
+
+
+@dataclass(frozen=True, eq=False)
 class ServoSignals:
     """Inputs of a servo's firmware other than the goal, and the pendulum of the log.
 
@@ -92,12 +121,14 @@ class MotionRecord:
     - period: sample period, s
     - resolution: one encoder count, rad | m; for a measured velocity, one velocity count times the
       period
-    - lag: time constant of the drive, s; 0 if the drive holds an effort until the next sample
+    - lag: time constant with which the effort moves from one sample to the next, s; 0 if the drive
+      holds an effort until the next sample
     - reference: reference of the bench's controller, (n,), rad | m, or None
     - velocity: measured velocity, (n,), rad/s | m/s; None if the position was measured
     - temperature: temperature, and the dependence of friction on the temperature; None if the
       temperature was not measured
     - servo: inputs of a servo's firmware; None for another actuator
+    - winding: signals of the winding in the whole log; None if the log lacks one of them
     """
 
     name: str
@@ -112,6 +143,7 @@ class MotionRecord:
     velocity: Vector | None = None
     temperature: TemperatureSignal | None = None
     servo: ServoSignals | None = None
+    winding: WindingSignals | None = None
 
     @property
     def measured(self) -> Vector:
@@ -336,13 +368,32 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
         If position and velocity are both missing, or drive and effort are both missing. For a
         servo, if the goal, the position or the gain is missing.
     """
-    return _with_temperature(_with_servo(_motion_of(log, bench), log, bench), log)
+    record = replace(_motion_of(log, bench), winding=_winding(log))
+    return _with_temperature(_with_servo(record, log, bench), log)
+
+
+def late_reading(period: float, lag: float) -> float:
+    """Return the probability a of the module docstring; `period` and `lag` are in s."""
+    return math.exp(-lag / (READ_LATE * period))
+
+
+def _winding(log: Log) -> WindingSignals | None:
+    signals = log.main.signals
+    names = ("voltage", "current", "position")
+    if not signals.keys() >= set(names):
+        return None
+    rows = np.column_stack((log.main.time, *(signals[name] for name in names)))
+    return WindingSignals(*rows[np.all(np.isfinite(rows), axis=1)].T)
 
 
 def _motion_of(log: Log, bench: Bench) -> MotionRecord:
     stream = log.main
-    lag = bench.actuator.loop_time_constant_s
+    lag = bench.actuator.logged_lag_s
     effort = _effort(log, stream, bench)
+    if lag > 0.0 and stream.time.size > 1:
+        before = np.append(effort[:1], effort[:-1])
+        late = late_reading(float(np.median(np.diff(stream.time))), lag)
+        effort = effort + late * (before - effort)
     reference = stream.signals.get("reference")
     if "position" not in stream.signals and "velocity" in stream.signals:
         return velocity_record(

@@ -56,7 +56,10 @@ from frictool.identify.further_orders import further_orders
 from frictool.identify.hidden_effects import hidden_effects
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import MotionRecord, late_reading
+from frictool.identify.outcome import sliding_intervals
+from frictool.identify.winding_delay import winding_delay
+from frictool.plant.weak_form import effort_weights
 from frictool.typing import Vector
 
 SMOOTHER = 2.0  # factor on the length of the smoothing windows of the second fit
@@ -78,25 +81,29 @@ class WidenedFit:
     - what: name of the most significant effect; None if the effect is uncertain or hardly improves
       the prediction
     - ratios: ratio of new to old width of each interval that becomes much wider
+    - notes: warnings about single parameters, by name
     """
 
     fit: SlidingFit
     what: str | None = None
     ratios: Mapping[str, float] = field(default_factory=dict)
+    notes: Mapping[str, str] = field(default_factory=dict)
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return a warning that names the effect that widened intervals of `identified`, or ().
+        """Return the notes on parameters in `identified`, and the effect that widened intervals.
 
         Intervals that come from ramps are not counted, because the effect does not widen them.
         """
+        notes = tuple(note for name, note in self.notes.items() if name in identified)
         wider = [
             f"{name} {ratio:.2g}"
             for name, ratio in self.ratios.items()
             if name in identified and identified[name].high == self.fit.parameters[name].high
         ]
         if self.what is None or not wider:
-            return ()
+            return notes
         return (
+            *notes,
             f"the residual shows an effect that the model lacks, perhaps {self.what}; it widens "
             f"the intervals ({listed(wider, LONGEST_RATIOS)} times as wide)",
         )
@@ -118,23 +125,34 @@ def widened(
     if regression.noisy and "inertia" not in regression.names and not other_inertia(fit):
         moved += _of_noise(fit, records, bench, confidence)
     moved += _of_delay(fit, records, bench, confidence, regression)
-    timing = _of_timing(fit, records, bench, confidence, (regression, smoother))
+    moved += _of_timing(fit, records, bench, confidence, (regression, smoother))
     moved += _of_resonance(fit, records, bench, confidence, smoother)
     gain = regression.encoder_gain(LOCAL_GAIN)
     further = further_orders(regression)
-    moved += [one for one in (timing, gain, further) if one is not None]
+    moved += [one for one in (gain, further) if one is not None]
+    viscous = sliding_intervals({**fit.parameters, **fit.fixed}, bench)["viscous"].value
+    inertial: EffectRegression | None = regression
+    if regression.noisy and DELAY in fit.effects:
+        inertial = effect_regression(fit, records, bench, confidence, hides=False)
+    moved += _of_sampling(records, inertial, viscous)
+    winding = winding_delay(inertial, viscous, records, bench)
+    moved += winding.effects if winding is not None else []
     parameters = _with_shifts(parameters, fit, bench, (*accepted, *moved))
     wide = _with_shifts(parameters, fit, bench, hidden_effects(regression))
+    notes = {}
+    if winding is not None and "inertia" in wide:
+        wide["inertia"] = winding.corrected(wide["inertia"])
+        notes["inertia"] = winding.warning(wide["inertia"], bench)
     noticeable = [one for one in accepted if one.held_out < NOTICEABLE]
     best = min(noticeable, key=lambda one: one.significance, default=None)
     if best is None or best.significance > CERTAIN:
-        return WidenedFit(replace(fit, parameters=wide))
+        return WidenedFit(replace(fit, parameters=wide), notes=notes)
     ratios = {
         name: one.half_width / plain.parameters[name].half_width
         for name, one in parameters.items()
         if one.half_width > NOTABLE * plain.parameters[name].half_width > 0.0
     }
-    return WidenedFit(replace(fit, parameters=wide), best.what[-1], ratios)
+    return WidenedFit(replace(fit, parameters=wide), best.what[-1], ratios, notes)
 
 
 def _with_shifts(
@@ -149,7 +167,8 @@ def _with_shifts(
         for name, shift in one.shift.items():
             if name in out:
                 known = getattr(bench.mechanics, name)
-                end = _moved(fit.parameters[name], shift, one.scatter.get(name, 0.0), known)
+                scatter = one.scatter.get(name, 0.0)
+                end = _moved(fit.parameters[name], shift, scatter, one.one_sided, known)
                 out[name] = _hull(out[name], end)
     return out
 
@@ -263,8 +282,8 @@ def _of_timing(
     bench: Bench,
     confidence: float,
     regressions: tuple[EffectRegression, EffectRegression | None],
-) -> AcceptedEffects | None:
-    """Return the shift of the parameters by an unknown delay that the model does not include.
+) -> list[AcceptedEffects]:
+    """Return the shifts of the parameters by an unknown delay that the model does not include.
 
     `regressions` contains the regression over the windows of the fit, and over windows of twice the
     length. If noise hides the inertia, both regressions are repeated with the inertia as a
@@ -275,9 +294,64 @@ def _of_timing(
         free = effect_regression(fit, records, bench, confidence, hides=False)
         plain = free or plain
         smoother = effect_regression(fit, records, bench, confidence, SMOOTHER, hides=False)
-    apart = READ_APART * max(record.period for record in records)
-    rates = _rates(fit, records, bench, confidence, apart)
-    return plain.timing(apart, smoother or plain, rates)
+    period = max(record.period for record in records)
+    apart = READ_APART * period
+    slopes = _rates(fit, records, bench, confidence, apart)
+    timing = plain.timing(apart, smoother or plain, slopes)
+    reading = _of_reading(bench, period, plain, slopes)
+    return [one for one in (timing, reading) if one is not None]
+
+
+def _of_reading(
+    bench: Bench, period: float, plain: EffectRegression, slopes: Mapping[str, float]
+) -> AcceptedEffects | None:
+    """Return the shift of the parameters if the logged drive is that before each update.
+
+    `period` is in s; `slopes` are as in `EffectRegression.timing`. The result is None for a drive
+    without a lag. The record of a current is a mean of readings before and after the update
+    (`motion_record.py`); the shift is then 0, with the standard deviation of the reading. The
+    record of a voltage contains readings after the update; the shift is that to the mean.
+    """
+    lag = bench.actuator.loop_time_constant_s
+    late = next((one for one in plain.free if one.term == DELAY), None)
+    if lag == 0.0 or late is None:
+        return None
+    before, _, after = effort_weights(period, lag)
+    held = effort_weights(period, 0.0)
+    apart = period * (after - before - (held[2] - held[0]))
+    share = late_reading(period, lag)
+    voltage = bench.actuator.drive == "voltage"
+    shift, half = (1.0 - share) * apart, 0.0
+    if not voltage:
+        quantile = float(scipy.special.ndtri(0.5 + 0.5 * plain.confidence))
+        shift, half = 0.0, quantile * math.sqrt(share * (1.0 - share)) * apart
+    rates = plain.rates(late)
+    rates |= {name: one for name, one in slopes.items() if name in rates}
+    return AcceptedEffects(
+        (late.what,),
+        1.0,
+        {name: shift * one for name, one in rates.items()},
+        scatter={name: half * abs(one) for name, one in rates.items()},
+        one_sided=voltage,
+    )
+
+
+def _of_sampling(
+    records: Sequence[MotionRecord], plain: EffectRegression | None, viscous: float
+) -> list[AcceptedEffects]:
+    """Return the shift of the inertia by the sample period T if the model contains a delay.
+
+    The velocity is a mean over 2 T, and the effort one with a triangular window of this length. To
+    second order in T, this looks like the delay -viscous T^2/(12 inertia), which increases the
+    inertia by (viscous T)^2/(12 inertia).
+    """
+    if plain is None or all(one.term != DELAY for one in plain.used):
+        return []
+    inertia = plain.intervals().get("inertia")
+    if inertia is None or inertia.value <= 0.0:
+        return []
+    shift = -((viscous * max(one.period for one in records)) ** 2) / (12.0 * inertia.value)
+    return [AcceptedEffects((), 1.0, {"inertia": shift}, one_sided=True)]
 
 
 def _rates(
@@ -327,15 +401,22 @@ def _hull(one: Interval, other: Interval) -> Interval:
     return replace(one, low=min(one.low, other.low), high=max(one.high, other.high))
 
 
-def _moved(interval: Interval, shift: float, scatter: float, known: Quantity | None) -> Interval:
+def _moved(
+    interval: Interval, shift: float, scatter: float, one_sided: bool, known: Quantity | None
+) -> Interval:
     """Return the interval, widened for a shift with the half width `scatter`.
 
-    If the interval in bench.yaml, `known`, overlaps `interval`, no end moves beyond `known`.
+    The end opposite to the shift moves, too, unless the shift is `one_sided`. If the interval in
+    bench.yaml, `known`, overlaps `interval`, no end moves beyond `known`.
     """
     below = np.hypot(interval.value - interval.low, scatter)
     above = np.hypot(interval.high - interval.value, scatter)
-    low = interval.value + min(shift - below, -np.hypot(below, shift))
-    high = interval.value + max(shift + above, np.hypot(above, shift))
+    opposite = 0.0 if one_sided else shift
+    low = interval.value + min(shift - below, -np.hypot(below, opposite))
+    high = interval.value + max(shift + above, np.hypot(above, opposite))
+    if one_sided and shift != 0.0:
+        low = interval.low if shift > 0.0 else low
+        high = interval.high if shift < 0.0 else high
     if not contradicts(interval, known) and known is not None and known.low is not None:
         low = max(low, known.low)
         high = min(high, known.interval[1])

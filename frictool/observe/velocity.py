@@ -54,7 +54,7 @@ class VelocityEstimator:
         if tracking is None:
             raise ValueError("a velocity interval needs a tracking observer")
         self._run = ObserverRun(self.observer)
-        self._lagged = model.bench.actuator.loop_time_constant_s > 0.0
+        self._lagged = model.bench.actuator.logged_lag_s > 0.0
         self._bandwidth = tracking.bandwidth_rad_s
         inertia = self.observer.inertia.value
         period = self.observer.sample_period_s

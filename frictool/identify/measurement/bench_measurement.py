@@ -63,7 +63,7 @@ def measurement(
     )
     measured = {"backlash": width, "delay": late, "loop_time_constant": lag}
     if windings:
-        measured |= winding(windings, bench, confidence)
+        measured |= winding(windings, confidence)
     estimates = {
         name: one.estimate(DIMENSIONS[name], bench.axis)
         for name, one in measured.items()

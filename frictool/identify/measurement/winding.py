@@ -1,23 +1,27 @@
 """Resistance, back-EMF constant and inductance of a motor whose voltage and current were logged.
 
-    voltage = resistance i + constant v + inductance i' + offset
+    voltage(t - delay) = resistance (i - offset) + constant v + inductance i'
 
-Let R be the resistance, K the constant, L the inductance, u0 the offset and T the sample period. If
-the voltage u is held and the speed is constant during a period, the currents i at two successive
-samples satisfy
+Let R be the resistance, K the constant, L the inductance, T the sample period and e = exp(-R T/L).
+The voltage of a row is constant until the next row. The currents i at two successive samples
+satisfy
 
-    u = R i[k] + c (i[k+1] - i[k]) + K (x[k+1] - x[k])/T + u0,    c = R/(1 - e^(-R T/L))
+    i[k+1] = e i[k] + (1 - e) (u[k] - K v[k])/R
 
-The equation is summed with test functions (1 - s^2)^3 (`plant/weak_form.py`), which average the
-noise. The equation does not contain friction, inertia or load.
+u[k] and v[k] are the means of voltage and speed over the period, weighted by exp(-R s/L) at the
+time s before its end. v[k] follows from the mean speed (x[k+1] - x[k])/T and the slope of the
+speed, a difference of successive mean speeds. Without the slope, the resistance would be wrong by
+up to K^2 T/(2 J), where J is the inertia.
 
-In general, a log does not state the timing of the voltage. Between rows k and k + 1, the voltage
-may be that of row k (held), that of row k - 1 (held and logged late), or the mean of both rows
-(measured). All three timings are fitted. The result covers the interval of each timing whose sum of
-squares is not clearly larger than the smallest sum.
+The delay is the time from a row of the log until its voltage acts, or, if it is negative, until
+the current of the row is read. A log does not state it, so that it is a parameter, too. The current
+is simulated from voltage and position (output error): the noise of the current then biases no
+parameter. Simulated and measured current are averaged by the test function (1 - s^2)^3
+(`plant/weak_form.py`), which reduces the noise of the position. The equation does not contain
+friction, inertia or load.
 
-The intervals come from a jackknife over parts of the logs. The noise of current and position biases
-the parameters; the intervals include the largest bias.
+The intervals come from a jackknife over parts of the logs. They include the bias by the noise of
+the position, and the results with three differences for the slope: central, forward and backward.
 """
 
 from __future__ import annotations
@@ -26,19 +30,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
-from frictool.documents.bench import Bench
 from frictool.identify.fit_result import Interval, UnusableLogs
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import JITTER, MotionRecord
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, stroke_samples
-from frictool.identify.rows.smoothing import (
-    FOURTH_DIFFERENCE_GAIN,
-    SHORTEST,
-    choose_window,
-    position_noise,
-)
-from frictool.logs.log import Log
+from frictool.identify.rows.smoothing import SHORTEST, choose_window, position_noise
 from frictool.plant.weak_form import bell
 from frictool.typing import Matrix, Vector
 
@@ -46,11 +44,17 @@ RESISTANCE, BACK_EMF, INDUCTANCE = "resistance", "back_emf_constant", "inductanc
 COLUMNS = (RESISTANCE, BACK_EMF, INDUCTANCE)
 PARTS = 30  # parts of the logs, each left out in turn
 OVERLAP = 6  # windows per window length
-CLEAR = 1.1  # ratio of two sums of squares above which the larger one is rejected
-# weights of the voltages of rows k - 1, k and k + 1 in the voltage between rows k and k + 1
-HELD, LATE, MEASURED = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.5, 0.5)
+LONGEST = 200_000  # largest number of samples of a log that are used
+EARLIEST, LATEST = -1.0, 4.0  # bounds of the delay, in sample periods
+FASTEST, SLOWEST = 0.02, 50.0  # bounds of the electrical time constant, in sample periods
+GRID = 12, 11  # time constants and delays of the search for the best start
+STEP = 1e-3  # relative step of the time constant, and step of the delay in periods, of derivatives
+# smallest end of the time constant's interval, in periods: the time of a row is known to JITTER
+SETTLED = JITTER
 LARGEST_ERROR = 0.3  # largest residual relative to the voltage's standard deviation
 LONGEST_STEP = 1.5  # periods, longest interval of one piece
+# weights of the differences of the mean speed before and after a period in the slope of the speed
+CENTRAL, FORWARD, BACKWARD = (0.5, 0.5), (0.0, 1.0), (1.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -72,160 +76,268 @@ class WindingLog:
     noise: float
 
 
-def winding_log(log: Log, record: MotionRecord) -> WindingLog | None:
-    """Return voltage, current and position of a log, or None if one of these signals is missing.
-
-    `record` is the motion record of the log.
-    """
-    signals = log.main.signals
-    if not {"voltage", "current", "position"} <= signals.keys():
+def winding_log(record: MotionRecord) -> WindingLog | None:
+    """Return voltage, current and position of a log, or None if one of these signals is missing."""
+    signals = record.winding
+    if signals is None:
         return None
-    columns = (log.main.time, signals["voltage"], signals["current"], signals["position"])
-    rows = np.column_stack(columns)
-    time, voltage, current, position = rows[np.all(np.isfinite(rows), axis=1)].T
     length = stroke_samples(record)
-    window = choose_window(record, length, SMALLEST_SHARE) if length > 0.0 else SHORTEST
-    piece = np.cumsum(np.diff(time, prepend=time[0]) > LONGEST_STEP * record.period)
     return WindingLog(
-        voltage, current, position, piece, record.period, window, position_noise(record)
+        signals.voltage[:LONGEST],
+        signals.current[:LONGEST],
+        signals.position[:LONGEST],
+        np.cumsum(
+            np.diff(signals.time[:LONGEST], prepend=signals.time[0]) > LONGEST_STEP * record.period
+        ),
+        record.period,
+        choose_window(record, length, SMALLEST_SHARE) if length > 0.0 else SHORTEST,
+        position_noise(record),
     )
 
 
-def winding(
-    logs: Sequence[WindingLog], bench: Bench, confidence: float
-) -> dict[str, Interval | UnusableLogs]:
+def winding(logs: Sequence[WindingLog], confidence: float) -> dict[str, Interval | UnusableLogs]:
     """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H].
 
-    A value that is not determined is replaced by an UnusableLogs with the reason. If the voltage
-    drives the axis without a lag, the voltage is taken as constant between samples. Otherwise, all
-    timings of the module docstring are tried.
+    A value that is not determined is replaced by an UnusableLogs with the reason.
     """
-    holds = bench.actuator.drive == "voltage" and bench.actuator.loop_time_constant_s == 0.0
     try:
-        fits = [
-            _fit(logs, timing, confidence)
-            for timing in ((HELD,) if holds else (HELD, LATE, MEASURED))
-        ]
+        fits = _fits(logs, confidence)
     except UnusableLogs as error:
         return dict.fromkeys(COLUMNS, error)
-    best = min(fits, key=lambda one: one.squares)
-    alike = [one.intervals for one in fits if one.squares < CLEAR * best.squares]
-    return {name: _judged([one.get(name) for one in alike]) for name in COLUMNS}
+    out = {name: _judged([one.get(name) for one in fits]) for name in COLUMNS}
+    inductance, resistance = out[INDUCTANCE], out[RESISTANCE]
+    shortest = SETTLED * logs[0].period
+    if (
+        isinstance(inductance, Interval)
+        and isinstance(resistance, Interval)
+        and inductance.low < shortest * resistance.high
+    ):
+        out[INDUCTANCE] = _judged([None])
+    return out
 
 
 @dataclass(frozen=True)
-class _WindingFit:
-    intervals: dict[str, Interval]
-    squares: float
+class _Piece:
+    """Gap-free part of a log: voltage and current (n,), mean speed (n - 1,) between samples."""
+
+    voltage: Vector
+    current: Vector
+    speed: Vector
+    log: WindingLog
+
+    def smoothed(self, signal: Vector) -> Vector:
+        """Return the averages of a signal (n,) over test functions, without the piece's ends."""
+        inner = signal[int(LATEST) + 1 : -2]
+        every = max(1, self.log.window // OVERLAP)
+        return np.asarray(np.convolve(inner, bell(self.log.window), mode="valid")[::every])
+
+    def voltage_response(self, lag: float, delay: float) -> Vector:
+        """Return resistance times the current (n,) by the voltage, for time constant and delay."""
+        period = self.log.period
+        whole = int(np.floor(delay / period))
+        share = delay / period - whole
+        ahead = np.arange(self.speed.size) - whole
+        new, old = (self.voltage[np.clip(ahead - k, 0, self.voltage.size - 1)] for k in (0, 1))
+        decay = np.exp(-period / lag)
+        before = (np.exp(-(1.0 - share) * period / lag) - decay) / (1.0 - decay)
+        return _lagged(new + before * (old - new), decay)
+
+    def speed_response(self, lag: float, slope: tuple[float, float]) -> Vector:
+        """Return the lagged speed (n,) for a time constant and weights of the slope."""
+        return _lagged(_weighted_speed(self.speed, self.log.period, lag, slope), _decay(self, lag))
+
+    def initial_response(self, lag: float) -> Vector:
+        """Return the current (n,) that is left of the first one."""
+        return np.asarray(self.current[0] * _decay(self, lag) ** np.arange(self.current.size))
 
 
-def _fit(
-    logs: Sequence[WindingLog], timing: tuple[float, float, float], confidence: float
-) -> _WindingFit:
-    """Return the fit for one assumed timing of the voltage, without undetermined parameters.
+def _decay(piece: _Piece, lag: float) -> float:
+    return float(np.exp(-piece.log.period / lag))
 
-    Raises UnusableLogs if the equation does not explain the voltage.
+
+def _lagged(mean: Vector, decay: float) -> Vector:
+    """Return the response (n + 1,) of a first-order lag to the mean inputs (n,) of the periods."""
+    return np.concatenate(([0.0], scipy.signal.lfilter([1.0 - decay], [1.0, -decay], mean)))
+
+
+def _weighted_speed(speed: Vector, period: float, lag: float, slope: tuple[float, float]) -> Vector:
+    change = np.diff(speed) / period
+    rising = slope[0] * np.append(change[:1], change) + slope[1] * np.append(change, change[-1:])
+    later = period / -np.expm1(-period / lag) - lag - 0.5 * period
+    return np.asarray(speed + later * rising)
+
+
+def _pieces(logs: Sequence[WindingLog]) -> list[_Piece]:
+    out = []
+    for log in logs:
+        for number in np.unique(log.piece):
+            kept = log.piece == number
+            if np.count_nonzero(kept) >= log.window + 2 * OVERLAP + int(LATEST):
+                speed = np.diff(log.position[kept]) / log.period
+                out.append(_Piece(log.voltage[kept], log.current[kept], speed, log))
+    return out
+
+
+@dataclass(frozen=True)
+class _CurrentModel:
+    """Model of the averaged current of all pieces, for one difference of the speed.
+
+    - moving: False for a blocked motor, which has no back-EMF
     """
-    parts = [part for log in logs for part in _rows(log, timing)]
-    if not parts:
+
+    pieces: Sequence[_Piece]
+    slope: tuple[float, float]
+    moving: bool
+
+    @property
+    def period(self) -> float:
+        """Return the sample period [s]."""
+        return self.pieces[0].log.period
+
+    def voltages(self, lag: float, delay: float) -> Vector:
+        """Return resistance times the averaged current (m,) by the voltage."""
+        return _joined(self.pieces, [p.voltage_response(lag, delay) for p in self.pieces])
+
+    def speeds(self, lag: float) -> Vector:
+        """Return the averaged and lagged speed (m,)."""
+        return _joined(self.pieces, [p.speed_response(lag, self.slope) for p in self.pieces])
+
+    def linear(self, lag: float, delay: float) -> tuple[Vector, Vector]:
+        """Return 1/R, -K/R and the offset (3,), and the residual current (m,)."""
+        speeds = self.speeds(lag) if self.moving else np.zeros(1)
+        voltages = self.voltages(lag, delay)
+        columns = np.column_stack(
+            (voltages, np.broadcast_to(speeds, voltages.shape), np.ones(voltages.size))
+        )
+        left = [p.current - p.initial_response(lag) for p in self.pieces]
+        target = _joined(self.pieces, left)
+        value = np.asarray(np.linalg.lstsq(columns, target, rcond=None)[0], dtype=np.float64)
+        return value, target - columns @ value
+
+    def best(self, start: tuple[float, float] | None) -> tuple[float, float]:
+        """Return the time constant [s] and the delay [s] with the least squared residual."""
+        period = self.period
+
+        def left(z: Vector) -> Vector:
+            return self.linear(float(np.exp(z[0])) * period, float(z[1]) * period)[1]
+
+        if start is None:
+            lags = np.linspace(np.log(FASTEST), np.log(SLOWEST), GRID[0] + 2)[1:-1]
+            delays = np.linspace(EARLIEST, LATEST, GRID[1])
+            tried = [np.array([lag, delay]) for lag in lags for delay in delays]
+            first = min(tried, key=lambda z: float(np.sum(left(z) ** 2)))
+        else:
+            first = np.array([np.log(start[0] / period), start[1] / period])
+        bounds = (np.log(FASTEST), EARLIEST), (np.log(SLOWEST), LATEST)
+        first = np.clip(first, np.add(bounds[0], STEP), np.subtract(bounds[1], STEP))
+        z = scipy.optimize.least_squares(left, first, bounds=bounds, diff_step=STEP).x
+        return float(np.exp(z[0])) * period, float(z[1]) * period
+
+    def derivatives(self, value: Vector, lag: float, delay: float) -> Matrix:
+        """Return the derivatives (m, 5) of the current by R, K, L, the delay and the offset."""
+        resistance = 1.0 / value[0]
+        constant = -value[1] * resistance
+        speeds = self.speeds(lag)
+        net = self.voltages(lag, delay) - constant * speeds
+        higher, lower = lag * (1.0 + STEP), lag * (1.0 - STEP)
+        by_lag = self.voltages(higher, delay) - self.voltages(lower, delay)
+        by_lag -= constant * (self.speeds(higher) - self.speeds(lower))
+        by_lag *= value[0] / (higher - lower)
+        step = STEP * self.period
+        by_delay = self.voltages(lag, delay + step) - self.voltages(lag, delay - step)
+        return np.column_stack(
+            (
+                -net * value[0] ** 2 - by_lag * lag * value[0],
+                -speeds * value[0],
+                by_lag * value[0],
+                by_delay * value[0] / (2.0 * step),
+                np.ones(net.size),
+            )
+        )
+
+
+def _joined(pieces: Sequence[_Piece], signals: Sequence[Vector]) -> Vector:
+    return np.concatenate([p.smoothed(one) for p, one in zip(pieces, signals, strict=True)])
+
+
+def _fits(logs: Sequence[WindingLog], confidence: float) -> list[dict[str, Interval]]:
+    """Return the intervals of the determined parameters for each difference of the speed.
+
+    Raises UnusableLogs if the equation does not explain the current.
+    """
+    pieces = _pieces(logs)
+    if not pieces:
         raise UnusableLogs(
             "no gap-free part of a log is long enough to identify the winding; needed: at least "
-            f"{min(log.window for log in logs) + OVERLAP} samples"
+            f"{min(log.window for log in logs) + 2 * OVERLAP + int(LATEST)} samples"
         )
-    rows = np.concatenate([part for part, _ in parts])
-    noise = np.sum([part.shape[0] * power for part, power in parts], axis=0)
-    names = list(COLUMNS)
-    if not np.any(rows[:, 1]):
-        names.remove(BACK_EMF)  # a blocked motor
-    used = [COLUMNS.index(name) for name in names]
-    columns = np.column_stack((rows[:, used], np.ones(rows.shape[0])))
-    target = rows[:, 3]
-    value = np.linalg.lstsq(columns, target, rcond=None)[0]
-    left = target - columns @ value
-    error = float(np.std(left)) / float(np.std(target))
+    moving = any(np.any(piece.speed) for piece in pieces)
+    out = []
+    start = None
+    for slope in (CENTRAL, FORWARD, BACKWARD) if moving else (CENTRAL,):
+        model = _CurrentModel(pieces, slope, moving)
+        start = model.best(start)
+        out.append(_intervals(model, *start, confidence))
+    return out
+
+
+def _intervals(
+    model: _CurrentModel, lag: float, delay: float, confidence: float
+) -> dict[str, Interval]:
+    """Return the intervals of the parameters that the logs determine at time constant and delay."""
+    value, left = model.linear(lag, delay)
+    size = value[0] * float(np.std(model.voltages(lag, delay)))
+    error = float(np.std(left)) / size if size > 0.0 else np.inf
     if not error <= LARGEST_ERROR:
         raise UnusableLogs(
             f"resistance, back-EMF and inductance leave {100.0 * error:.3g} % of the voltage "
             f"unexplained (allowed: at most {100 * LARGEST_ERROR:g} %); check the signs of "
             "voltage, current and position"
         )
-    change = names.index(INDUCTANCE)
-    fast = not 0.0 < value[0] < value[change]  # the current settles within a period
-    if fast:
-        names.remove(INDUCTANCE)
-    else:
-        columns, target, noise = _linearised(columns, target, noise, value, change, logs[0].period)
-    cluster = np.arange(target.size) * PARTS // target.size
-    try:
-        solution = solve(columns, target, np.ones(target.size), cluster)
-    except SingularRegressors as fault:
-        raise UnusableLogs(f"the logs do not separate the terms of the winding: {fault}") from None
-    power = noise[np.ix_(used, used)]
-    bias = np.abs(np.linalg.inv(columns.T @ columns)[:, :-1] @ power) @ np.abs(solution.value[:-1])
-    half = solution.half_width(confidence) + bias
-    intervals = {
-        name: Interval.around(float(solution.value[k]), float(half[k]))
-        for k, name in enumerate(COLUMNS[i] for i in used)
-        if name in names
-    }
-    return _WindingFit(intervals, float(left @ left))
-
-
-def _linearised(
-    columns: Matrix, target: Vector, noise: Matrix, value: Vector, change: int, period: float
-) -> tuple[Matrix, Vector, Matrix]:
-    """Return columns (m, p), target (m,) and noise (3, 3), linearised in the inductance."""
-    resistance, c = float(value[0]), float(value[change])
-    exponent = -np.log1p(-resistance / c)  # R T/L
-    inductance = resistance * period / exponent
-    decay = np.exp(-exponent)
-    by_inductance = c**2 * decay * period / inductance**2
-    by_resistance = c / resistance - c**2 / resistance * decay * period / inductance
-    mixing = np.eye(columns.shape[1])
-    mixing[change, 0] = by_resistance
-    mixing[change, change] = by_inductance
-    known = c - by_resistance * resistance - by_inductance * inductance
-    turned = np.eye(3)
-    turned[2, 0] = by_resistance
-    turned[2, 2] = by_inductance
-    return columns @ mixing, target - known * columns[:, change], turned.T @ noise @ turned
-
-
-def _rows(log: WindingLog, timing: tuple[float, float, float]) -> list[tuple[Matrix, Matrix]]:
-    """Return the rows (m, 4) of each gap-free part, and the noise power (3, 3) of its columns.
-
-    The columns belong to the resistance R, the back-EMF constant K, c (module docstring), and the
-    voltage. The noise power is that of the first three columns.
-    """
-    phi = bell(log.window)
-    step = np.convolve(phi, (1.0, -1.0))
-    every = max(1, log.window // OVERLAP)
-    current_noise = float(np.std(np.diff(log.current, 4))) / FOURTH_DIFFERENCE_GAIN
-    late = np.append(phi, 0.0)
-    power = np.zeros((3, 3))
-    power[1, 1] = (log.noise / log.period) ** 2 * float(step @ step)
-    for one, a in ((0, late), (2, step)):
-        for other, b in ((0, late), (2, step)):
-            power[one, other] = current_noise**2 * float(a @ b)
-    out = []
-    for number in np.unique(log.piece):
-        kept = log.piece == number
-        if np.count_nonzero(kept) < log.window + OVERLAP:
+    derivatives = model.derivatives(value, lag, delay)
+    estimate = np.array([1.0, -value[1], lag, delay, value[0] * value[2]]) / value[0]
+    estimate[3] = delay
+    named = [0, 1, 2] if model.moving else [0, 2]
+    cluster = np.arange(left.size) * PARTS // left.size
+    for used in ([*named, 3, 4], [k for k in named if k != 2] + [4]):
+        columns = derivatives[:, used]
+        try:
+            target = left + columns @ estimate[used]
+            half = solve(columns, target, np.ones(left.size), cluster).half_width(confidence)
+        except SingularRegressors as fault:
+            reason = fault
             continue
-        voltage, current, position = log.voltage[kept], log.current[kept], log.position[kept]
-        acting = timing[0] * voltage[:-2] + timing[1] * voltage[1:-1] + timing[2] * voltage[2:]
-        columns = (
-            np.convolve(current[1:-1], phi, mode="valid"),
-            np.convolve(np.diff(position)[1:] / log.period, phi, mode="valid"),
-            np.convolve(np.diff(current)[1:], phi, mode="valid"),
-            np.convolve(acting, phi, mode="valid"),
-        )
-        out.append((np.column_stack(columns)[::every], power))
-    return out
+        half += np.abs(_bias(model, estimate, columns, used, lag))
+        return {
+            COLUMNS[k]: Interval.around(float(estimate[k]), float(reach))
+            for k, reach in zip(used, half, strict=True)
+            if k < len(COLUMNS)
+        }
+    raise UnusableLogs(f"the logs do not separate the terms of the winding: {reason}")
+
+
+def _bias(
+    model: _CurrentModel, estimate: Vector, columns: Matrix, used: Sequence[int], lag: float
+) -> Vector:
+    """Return the bias (p,) of the parameters `used` due to the noise of the position."""
+    resistance, constant = float(estimate[0]), float(estimate[1])
+    shared = np.zeros(5)
+    for piece in model.pieces:
+        log = piece.log
+        impulse = np.zeros(3 * log.window + int(10.0 * lag / log.period))
+        impulse[log.window] = 1.0
+        speed = _weighted_speed(np.diff(impulse) / log.period, log.period, lag, model.slope)
+        response = np.convolve(_lagged(speed, _decay(piece, lag)), bell(log.window))
+        power = log.noise**2 * float(response @ response) * piece.smoothed(piece.current).size
+        shared[:2] += power * constant / resistance**2 * np.array([constant / resistance, -1.0])
+    return np.asarray(np.linalg.solve(columns.T @ columns, shared[list(used)]))
 
 
 def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
-    """Return the hull of `intervals`, or an UnusableLogs if no positive value is determined."""
+    """Return the hull of `intervals`, or an UnusableLogs if no positive value is determined.
+
+    The value is that of the first interval.
+    """
     known = [one for one in intervals if one is not None]
     if len(known) < len(intervals):
         return UnusableLogs(
@@ -239,4 +351,4 @@ def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
             f"the logs' interval [{low:.4g}, {high:.4g}] reaches zero; move faster, and load the "
             "motor more"
         )
-    return Interval(known[0].value if len(known) == 1 else 0.5 * (low + high), low, high)
+    return Interval(known[0].value, low, high)

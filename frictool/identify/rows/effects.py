@@ -325,7 +325,7 @@ EFFECTS = (
         "delay",
         ("delay",),
         WHAT["delay"],
-        "record a current step for --measurement, correct the time stamps or "
+        "record a current step for --measurement, correct the time stamps or, for a current drive, "
         "actuator.loop_time_constant_s, or declare load.terms: [offset, delay]",
         columns=_delay,
     ),

@@ -171,7 +171,7 @@ def layout_of(
         reach=reach,
         phi=phi,
         second=np.convolve(bell(window), [1.0, -2.0, 1.0]) / period**2,
-        effort=np.array(effort_weights(period, bench.actuator.loop_time_constant_s)),
+        effort=np.array(effort_weights(period, bench.actuator.logged_lag_s)),
         slowest=max(
             COUNTS * count / (reach * period),
             SLOWEST * top.value if top is not None else 0.0,
