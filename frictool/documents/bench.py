@@ -35,6 +35,7 @@ PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0
 # standard deviation of the measured drive relative to its limit, if nothing states it
 DRIVE_NOISE_SHARE = 0.002
+COUNT = "count"  # unit of a position in counts of the encoder
 OPEN = "?"  # marks a column or unit that the user must fill in
 # counts, shortest period of a wrapping position: one count must be less than half of the period
 FEWEST_COUNTS = 4
@@ -65,7 +66,8 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     - `counts_per_revolution`: Number of counts per turn of a rotary axis. Write this key or `step`.
     - `step`: Distance or angle of one count, for either kind of axis.
-    - `direction`: Sign with which the count changes during forward motion.
+    - `direction`: Sign with which the count changes during forward motion. This key has no effect
+      on positions in other units than `count`.
     - `wrap`: Period of a sensor that reports the position modulo this period, such as 360 deg or
       4096 counts. The position must move by less than half a period per sample.
     - `wrap_bits`: Number of bits of a counter that overflows. Write this key or `wrap`.

@@ -15,6 +15,7 @@ from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.interval_checks import below_coulomb
 from frictool.identify.orientation import opposite_signs
 from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_intervals
+from frictool.identify.ramp_load import ramp_load
 
 NO_RAMPS = "no log of breakaway ramps was provided"
 MAP_HIDES_OFFSET = (
@@ -59,7 +60,8 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     identified = sliding.identified
     axis = sliding_intervals(sliding.from_logs, logs.bench)
     confidence = logs.settings.confidence
-    ramp = breakaway(logs.ramps, logs.bench, axis, confidence, _known_fall(sliding))
+    load = ramp_load(logs, sliding)
+    ramp = breakaway(logs.ramps, logs.bench, axis, confidence, _known_fall(sliding), load)
     if (
         not (ramp.forward > 0.0 and ramp.backward > 0.0)
         and "offset" not in identified

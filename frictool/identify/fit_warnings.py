@@ -9,9 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from frictool.documents.bench import Bench
 from frictool.documents.name_list import listed
-from frictool.documents.quantity import Quantity, si_unit
+from frictool.documents.quantity import Quantity, drive_dimension, si_unit
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
@@ -27,6 +29,9 @@ WORSE = 1.5
 # largest factor by which the ratios of the parameters then differ from each other
 OTHER_UNIT = 100.0
 SPREAD = 30.0
+# exponent of a gear ratio by which position and effort are scaled in each parameter
+GEARED = {"inertia": 2.0, "viscous": 2.0, "coulomb": 1.0}
+MOST_OF_TRAVEL = 0.5
 LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
 
 
@@ -34,7 +39,8 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
     """Return a warning for each parameter whose interval does not overlap that in bench.yaml.
 
     If all these parameters are too large or too small by about the same large factor, the first
-    warning says that the unit of the drive signal may be wrong.
+    warning says that the unit of the drive signal may be wrong. If inertia, viscous and Coulomb
+    friction contradict the bench by one factor, it names the likely constant or gear ratio.
     """
     out = []
     ratios = dict[str, float]()
@@ -51,7 +57,7 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
             )
             if name != "offset" and known.value * interval.value > 0.0:
                 ratios[name] = interval.value / known.value
-    return _other_unit(ratios, bench) + out
+    return (_other_unit(ratios, bench) or _common_factor(identified, bench)) + out
 
 
 def short_stroke_warnings(fit: SlidingFit, records: Sequence[MotionRecord]) -> list[str]:
@@ -70,16 +76,42 @@ def short_stroke_warnings(fit: SlidingFit, records: Sequence[MotionRecord]) -> l
 
 
 def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
-    """Return a warning if a load explains the breakaway over position better than friction."""
-    law = None if ramp is None else ramp.by_position
-    slope = None if law is None else law.load_slope()
-    if slope is None:
+    """Return a warning if a load explains the ramps as well as a breakaway over position."""
+    if ramp is None or ramp.load_slope is None:
         return []
     unit = si_unit("stiffness", bench.axis)
     terms = "spring" if bench.axis == "linear" else "spring] or [offset, gravity"
     return [
-        "breakaway over position: it rises in one direction where it falls in the other, as with a "
-        f"load of {slope:.3g} {unit}; declare load.terms: [offset, {terms}], and identify again"
+        f"breakaway over position: a load of {ramp.load_slope:.3g} {unit} explains these ramps as "
+        f"well; declare load.terms: [offset, {terms}], or add a log of sliding"
+    ]
+
+
+def local_ramp_warnings(
+    ramp: Breakaway | None, fit: SlidingFit | None, records: Sequence[MotionRecord], bench: Bench
+) -> list[str]:
+    """Return a warning if the breakaway holds at the positions of the ramps only.
+
+    The warning is given if the logs of sliding show friction or a load over position which the
+    model lacks, if the ramps cover less than MOST_OF_TRAVEL of the travel of these logs, and if
+    their breakaway is constant. A ripple widens the interval instead.
+    """
+    if ramp is None or ramp.by_position is not None or fit is None:
+        return []
+    missing = [
+        one
+        for one in fit.explanations
+        if one.name == "friction_over_position"
+        or (one.state == "left" and one.name in ("spring", "gravity"))
+    ]
+    low, high = float(ramp.position.min()), float(ramp.position.max())
+    travel = max((float(np.ptp(record.position)) for record in records), default=0.0)
+    if not missing or high - low >= MOST_OF_TRAVEL * travel:
+        return []
+    length, unit = si_unit("position", bench.axis), si_unit("effort", bench.axis)
+    return [
+        f"breakaway: measured from {low:.3g} to {high:.3g} {length} only, but the logs of sliding "
+        f"show {missing[0].what} ({missing[0].effort:.2g} {unit} rms); record ramps over the travel"
     ]
 
 
@@ -109,6 +141,52 @@ def _other_unit(ratios: Mapping[str, float], bench: Bench) -> list[str]:
         f"{', '.join(ratios)} are {factor}: check the unit in columns.{drive} (m{unit} or {unit}), "
         "and actuator.constant"
     ]
+
+
+def _common_factor(identified: Mapping[str, Interval], bench: Bench) -> list[str]:
+    if not all(
+        name in identified and contradicts(identified[name], getattr(bench.mechanics, name))
+        for name in GEARED
+    ):
+        return []
+    names = listed(list(GEARED))
+    factor = _factor(identified, bench, dict.fromkeys(GEARED, 1.0))
+    if factor is not None:
+        drive, constant = bench.actuator.drive, bench.actuator.constant.value
+        unit = si_unit(drive_dimension(drive, constant=True), bench.axis)
+        return [
+            f"{names} are all {factor:.3g} times the bench's values: actuator.constant is probably "
+            f"{constant / factor:.3g} {unit} (found: {constant:.3g}), or columns.{drive} is wrong"
+        ]
+    ratio = _factor(identified, bench, GEARED)
+    if ratio is None:
+        return []
+    return [
+        f"{names} differ from the bench's values as by a gear ratio of {max(ratio, 1 / ratio):.3g} "
+        "(inertia and viscous by its square): state position, drive and bench on one side of it"
+    ]
+
+
+def _factor(
+    identified: Mapping[str, Interval], bench: Bench, powers: Mapping[str, float]
+) -> float | None:
+    """Return the factor whose powers explain the intervals of all parameters, or None.
+
+    The factor to the power of a parameter takes a value in the parameter's range in bench.yaml to a
+    value in its interval.
+    """
+    low, high, logarithm = 0.0, math.inf, 0.0
+    for name, power in powers.items():
+        interval: Interval = identified[name]
+        known: Quantity = getattr(bench.mechanics, name)
+        least, most = known.interval
+        if interval.value <= 0.0 or known.value <= 0.0:
+            return None
+        low = max(low, (max(interval.low, 0.0) / most) ** (1.0 / power))
+        if least > 0.0:
+            high = min(high, (interval.high / least) ** (1.0 / power))
+        logarithm += math.log(interval.value / known.value) / (power * len(powers))
+    return None if low > high else min(max(math.exp(logarithm), low), high)
 
 
 def replacement_warnings(

@@ -5,8 +5,10 @@ For each parameter that is not identified, the result states the reason.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import msgspec
 
@@ -27,6 +29,7 @@ from frictool.identify.fit_warnings import (
     doubt_warnings,
     lag_warnings,
     load_warnings,
+    local_ramp_warnings,
     replacement_warnings,
     short_stroke_warnings,
 )
@@ -37,6 +40,7 @@ from frictool.identify.method_check import method_warnings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.orientation import negative_effort, reversed_sign
 from frictool.identify.outcome import Outcome, accept
+from frictool.identify.regression.term_selection import WORTH
 from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.temperature_law import with_reference
 from frictool.identify.sliding_parameters import (
@@ -146,25 +150,17 @@ def identify_records(
     LogError
         If a log occurs twice, or cannot come from this axis.
     """
-    logs = sort_logs(records, ramps, bench, method, settings)
-    logs, free, outcome, wider = _estimate(logs)
-    if (
-        bench.load is None
-        and outcome.ramp is not None
-        and outcome.ramp.by_position is not None
-        and outcome.laws is not None
-        and outcome.laws.load is not None
-    ):
-        # a load that the bench does not declare looks in slip like friction that varies with
-        # position
+    estimate = _estimate(sort_logs(records, ramps, bench, method, settings))
+    if bench.load is None and estimate.found_load and estimate.varies:
+        # friction over position that differs by direction looks in slip like a load
         without_load = msgspec.structs.replace(bench, load=ONLY_OFFSET)
-        logs, free, outcome, wider = _estimate(
-            sort_logs(records, ramps, without_load, method, settings)
-        )
-    outcome = with_varying_breakaway(logs, outcome)
-    if outcome.fit is not None:
-        outcome = replace(outcome, fit=replace(outcome.fit, laws=outcome.laws))
-        outcome = explained(logs, outcome)
+        try:
+            other = _estimate(sort_logs(records, ramps, without_load, method, settings))
+        except NothingIdentified:
+            other = estimate
+        if other.force_error < WORTH * estimate.force_error:
+            estimate = other
+    logs, free, outcome, wider = estimate
     outcome = without_impossible_breakaway(outcome)
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
     outcome = replace(outcome, identified=ordered, laws=with_reference(outcome.laws, logs.sliding))
@@ -184,14 +180,40 @@ def identify_records(
     raise _nothing_physical(logs, result)
 
 
-def _estimate(
-    logs: AxisLogs,
-) -> tuple[AxisLogs, SlidingFit | None, Outcome, WidenedFit | None]:
-    """Return logs, fit of the sliding logs, outcome, and fit with intervals widened by effects.
+class _Estimate(NamedTuple):
+    """Estimate of all parameters.
 
-    In the returned logs, the fitted load is subtracted from the effort of the ramps. No parameter
-    of the first fit is fixed at a value of the bench. Raises NothingIdentified if position and
-    drive of a sliding log have opposite signs.
+    - logs: logs with the fitted load subtracted from the effort of the ramps
+    - free: fit of the sliding logs in which no parameter is fixed at a value of the bench
+    - wider: fit with intervals widened by effects
+    """
+
+    logs: AxisLogs
+    free: SlidingFit | None
+    outcome: Outcome
+    wider: WidenedFit | None
+
+    @property
+    def found_load(self) -> bool:
+        """Return True if the sliding logs show a load over position."""
+        return self.outcome.laws is not None and self.outcome.laws.load is not None
+
+    @property
+    def varies(self) -> bool:
+        """Return True if the ramps show a breakaway that varies with position."""
+        return self.outcome.ramp is not None and self.outcome.ramp.by_position is not None
+
+    @property
+    def force_error(self) -> float:
+        """Return the force error of the model, or inf if it is unknown."""
+        fit = self.outcome.fit
+        return math.inf if fit is None or fit.force_error is None else fit.force_error
+
+
+def _estimate(logs: AxisLogs) -> _Estimate:
+    """Estimate all parameters.
+
+    Raises NothingIdentified if position and drive of a sliding log have opposite signs.
     """
     free = None
     wider = None
@@ -207,12 +229,17 @@ def _estimate(
         if reason is not None:
             raise _without_any(logs, reason)
     logs = logs.without_load(outcome.laws)
-    return logs, free, with_breakaway(logs, outcome), wider
+    outcome = with_varying_breakaway(logs, with_breakaway(logs, outcome))
+    if outcome.fit is not None:
+        outcome = replace(outcome, fit=replace(outcome.fit, laws=outcome.laws))
+        outcome = explained(logs, outcome)
+    return _Estimate(logs, free, outcome, wider)
 
 
 def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list[str]:
     warnings = contradiction_warnings(outcome.identified, logs.bench)
     warnings += load_warnings(outcome.ramp, logs.bench)
+    warnings += local_ramp_warnings(outcome.ramp, outcome.fit, logs.sliding, logs.bench)
     fit = outcome.fit
     if fit is None or free is None:
         return warnings

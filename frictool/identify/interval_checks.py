@@ -39,7 +39,7 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
         return "the motion does not repeat often enough to compute the uncertainty"
     if name in NEVER_NEGATIVE and interval.value < 0.0:
         hint = (
-            "; check that position and drive have the same positive direction (encoder.direction)"
+            "; check that position and drive have the same positive direction"
             if interval.high < 0.0
             else ""
         )

@@ -33,8 +33,10 @@ from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.regression_samples import FEWEST_STROKES, parameters_of
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 from frictool.identify.rows.strokes import find_strokes
-from frictool.logs.quality.sign_check import CLEAR, net_work
+from frictool.logs.quality.sign_check import CLEAR, net_work, reversal, reversed_signal
 from frictool.typing import Vector
+
+OPPOSITE = "position and drive have opposite signs"  # part of each message about signs
 
 
 def reversed_sign(
@@ -115,11 +117,10 @@ def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Int
 
 def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) -> str:
     """Return a message with the names of the logs, the evidence `shown` and the remedy."""
-    direction = bench.encoder.direction
+    wrong = reversed_signal("effort", records[0].position, records[0].reference)
     return (
-        f"{listed([Path(record.name).name for record in records])}: position and drive have "
-        f"opposite signs: {shown}; set encoder.direction: {-direction} in the bench (found: "
-        f"{direction}) and ingest again"
+        f"{listed([Path(record.name).name for record in records])}: {OPPOSITE}: {shown}; "
+        f"{reversal(wrong, bench)} and ingest again"
     )
 
 

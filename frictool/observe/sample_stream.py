@@ -56,6 +56,7 @@ class SampleStream:
     """Stream of samples of a log; the fields are complete when the iterator `pieces` has ended.
 
     - made: streams of the log, as read from the file
+    - bench: bench with which the log is read
     - topic: name of the stream
     - period: sample period [s] of the bench, or of the log if the two differ by more than 1 %
     - truth: True if the velocity in the log comes from a simulation
@@ -65,6 +66,7 @@ class SampleStream:
     """
 
     made: LogAssembly
+    bench: Bench
     topic: str
     period: float
     truth: bool
@@ -108,7 +110,7 @@ class SampleStream:
                 "data was lost when this log was made: "
                 f"{loss_count_text(self.made.earlier_losses)}; `frictool info` lists them"
             )
-        sign = sign_of(self._beginning.stream).text if self.samples else None
+        sign = sign_of(self._beginning.stream).text(self.bench) if self.samples else None
         odd += [] if sign is None else [sign]
         if self.gaps:
             odd.append(
@@ -265,7 +267,16 @@ def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStr
         StreamHeader(ready.head.topic, kept, tuple(ready.head.units[index] for index in indices))
     )
     return SampleStream(
-        made, ready.head.topic, period, truth, agreed.warnings, blocks, kept, effort, first_samples
+        made,
+        bench,
+        ready.head.topic,
+        period,
+        truth,
+        agreed.warnings,
+        blocks,
+        kept,
+        effort,
+        first_samples,
     )
 
 

@@ -36,6 +36,7 @@ from frictool.identify.excite.precise_strokes import (
 )
 from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.identification import Identification, NothingIdentified
+from frictool.identify.orientation import OPPOSITE
 from frictool.logs.log import Log
 from frictool.plan.contained_motion import ContainedDesign
 from frictool.plan.narrowed_model import bench_for_test, exact_model, narrowed_model
@@ -127,9 +128,8 @@ def next_step(
     try:
         outcome = identify(logs, bench)
     except NothingIdentified as error:
-        if error.exit_code == EXIT_NO_SOLUTION:
-            why = f"{error}; check the wiring, or set encoder.direction of the bench to -1"
-            return PlanStep("direction", why, exit_code=EXIT_NO)
+        if OPPOSITE in str(error):
+            return PlanStep("direction", f"{error}, or check the wiring", exit_code=EXIT_NO)
         return _strokes(bench, f"no parameter is identified yet ({error})", error.result)
     model = outcome.model
     reached = _reached(outcome)

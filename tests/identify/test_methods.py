@@ -110,6 +110,13 @@ def test_instruments_need_a_reference_that_the_axis_followed(
 ) -> None:
     with pytest.raises(UnusableLogs, match="has no reference"):
         run("instrumental", [record(sines(1))], clutch(), IdentificationSettings())
+    with pytest.raises(UnusableLogs, match="the reference stands still while the axis moves"):
+        run(
+            "instrumental",
+            [replace(log, reference=np.zeros(log.position.size))],
+            mass_bench(tmp_path),
+            IdentificationSettings(),
+        )
     with pytest.raises(UnusableLogs, match="does not follow"):
         run(
             "instrumental",

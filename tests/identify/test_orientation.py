@@ -6,6 +6,7 @@ import csv as table
 import functools
 import io
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -104,17 +105,58 @@ def test_one_negated_log_of_two_is_named(tmp_path: Path) -> None:
     assert "negated_sines.csv: position and drive" in result.stderr
 
 
-def test_the_bench_that_the_message_asks_for_mends_it(tmp_path: Path) -> None:
+COUNTED = "{column: encoder, unit: count}"
+POSITIONS = {  # text of columns.position, with the encoder's direction
+    "counts": (COUNTED, 1),
+    "counts with a direction": (COUNTED, -1),
+    "degrees": ("{column: encoder, unit: deg, scale: 6.428571428571429}", 1),
+    "degrees with an idle direction": (
+        "{column: encoder, unit: deg, scale: 6.428571428571429}",
+        -1,
+    ),
+    "negative degrees": ("{column: encoder, unit: deg, scale: -6.428571428571429}", 1),
+}
+
+
+@pytest.mark.parametrize("kind", list(POSITIONS))
+def test_the_bench_that_the_message_asks_for_mends_it(tmp_path: Path, kind: str) -> None:
+    """The advice is followed once, whatever the unit of the position."""
+    column, direction = POSITIONS[kind]
+    text = CLUTCH.read_text().replace(COUNTED, column)
+    text = text.replace("counts_per_rev", f"direction: {direction}\n  counts_per_rev")
     bench = tmp_path / "bench.yaml"
-    bench.write_text(
-        CLUTCH.read_text().replace(
-            "counts_per_revolution: 56 ", "direction: -1\n  counts_per_revolution: 56 "
-        )
+    bench.write_text(text)
+    sign = direction if column == COUNTED else -1 if "-6" in column else 1
+    good, bad = SAMPLES / "sines.csv", negated(tmp_path, "sines.csv", ENCODER)
+    result = run("identify", bad if sign == 1 else good, "--bench", bench, "--json")
+    assert result.code == 4
+    idle = column != COUNTED and direction == -1
+    assert ("encoder.direction: -1 has no effect" in result.stderr) == idle
+    advice = re.search(
+        r"set (encoder|columns.position).(\w+): (\S+) in the bench \(found: (\S+)\)",
+        result.stderr.rpartition("error: ")[2],
     )
-    mended = run("identify", negated(tmp_path, "sines.csv", ENCODER), "--bench", bench, "--json")
+    assert advice is not None, result.stderr
+    _, key, wanted, present = advice.groups()
+    written = f"{key}: {present}"
+    if written not in text:
+        text = text.replace("unit: deg", f"unit: deg, {written}")
+    bench.write_text(text.replace(written, f"{key}: {wanted}"))
+    mended = run("identify", bad if sign == 1 else good, "--bench", bench, "--json")
     assert mended.code == 0, mended.stderr
-    asked = run("identify", SAMPLES / "sines.csv", "--bench", CLUTCH, "--json")
-    assert json.loads(mended.stdout)["parameters"] == json.loads(asked.stdout)["parameters"]
+    asked = run("identify", good, "--bench", CLUTCH, "--json")
+    for name, one in json.loads(asked.stdout)["parameters"].items():
+        found = json.loads(mended.stdout)["parameters"][name]
+        # the sign of the offset depends on the positive direction
+        assert abs(found["value"]) == pytest.approx(abs(one["value"]), rel=1e-6)
+
+
+@pytest.mark.parametrize(("follows", "column"), [(1.0, "current"), (-1.0, "position")])
+def test_the_reference_decides_which_column_is_reversed(follows: float, column: str) -> None:
+    _, log = linear_axis(3)
+    record = replace(log, reference=follows * log.position, effort=-log.effort)
+    message = reversed_sign([record], linear_bench(), IdentificationSettings())
+    assert f"set columns.{column}.scale: -1 in the bench (found: 1)" in str(message)
 
 
 def test_a_model_of_the_benchs_values_says_so_and_is_refused_by_synth(tmp_path: Path) -> None:

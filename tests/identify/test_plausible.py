@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import msgspec
@@ -12,6 +13,8 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
 from frictool.identify.coast_down import drive_was_off
+from frictool.identify.fit_result import Interval
+from frictool.identify.fit_warnings import contradiction_warnings
 from frictool.identify.force_error import motion_rows
 from frictool.identify.identification import NothingIdentified, identify_records
 from frictool.identify.methods import REFERENCE, IdentificationSettings
@@ -19,6 +22,7 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.identify.record_plausibility import implausible
 from studies.rigs.identification_rigs import clutch, record
 from studies.rigs.sample_logs import TRUTH, sines, steps
+from tests.support.linear_axis import linear_axis, linear_bench
 
 
 @pytest.fixture(scope="module")
@@ -122,6 +126,42 @@ def test_a_unit_that_makes_the_effort_1000_times_too_large_is_named(log: MotionR
         in (result.warnings[0])
     )
     assert result.identified["coulomb"].value == pytest.approx(1e3 * TRUTH.coulomb, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("factor", [0.08, 8.0])
+def test_a_wrong_constant_is_named_with_its_likely_value(seed: int, factor: float) -> None:
+    truth, log = linear_axis(seed)
+    hint = first_warning(replace(log, effort=factor * log.effort))
+    assert hint.startswith("inertia, viscous, coulomb are all ")
+    likely = re.search(r"actuator.constant is probably (\S+) N/A \(found: 20\)", hint)
+    assert likely is not None
+    # the bench's ranges contain the true values, and limit the factor
+    assert 0.4 < float(likely[1]) * factor / truth.constant < 2.5
+
+
+@pytest.mark.parametrize("gear", [0.05, 20.0])
+def test_the_other_side_of_a_gear_is_named_with_its_ratio(gear: float) -> None:
+    _, log = linear_axis(1)
+    hint = first_warning(replace(log, position=gear * log.position, effort=log.effort / gear))
+    found = re.search(r"as by a gear ratio of (\S+) \(inertia and viscous by its square\)", hint)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(max(gear, 1.0 / gear), rel=0.5)
+
+
+def test_parameters_that_no_single_factor_explains_get_no_hint() -> None:
+    def around(value: float) -> Interval:
+        return Interval(value, 0.98 * value, 1.02 * value)
+
+    other = {"inertia": around(50.0), "viscous": around(30.0), "coulomb": around(1.0)}
+    assert len(contradiction_warnings(other, linear_bench())) == 3
+    heavier = {"inertia": around(50.0), "viscous": around(120.0), "coulomb": around(9.0)}
+    assert len(contradiction_warnings(heavier, linear_bench())) == 2
+
+
+def first_warning(log: MotionRecord) -> str:
+    result = identify_records([log], [], linear_bench(), REFERENCE, IdentificationSettings())
+    return result.warnings[0]
 
 
 def test_a_unit_that_makes_the_effort_1000_times_too_small_is_named(log: MotionRecord) -> None:

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import scipy.io
 
+from frictool.documents.bench import Bench, Column, Encoder
 from frictool.logs.log import Stream
 from frictool.logs.quality.kind_recognition import Kind, kind_of
 from frictool.logs.quality.log_kinds import KINDS
-from frictool.logs.quality.sign_check import sign_of
-from tests.support.example_logs import ROOT, measured
+from frictool.logs.quality.sign_check import reversal, sign_of
+from tests.support.example_logs import ROOT, bench, measured
 
 T = np.arange(8000) / 1000.0
 
@@ -76,10 +77,10 @@ def test_the_measured_machine_follows_trapezoids_and_no_sines():
 def test_a_reversed_sensor_of_the_sample_logs_is_found(kind: str):
     good = sample(kind)
     assert sign_of(good).reversed == ()
-    assert sign_of(good).text is None
+    assert sign_of(good).text() is None
     bad = stream(position=-good.signals["position"], current=good.signals["current"])
     assert sign_of(bad).reversed == ("position or current",)
-    assert "impossible with friction" in str(sign_of(bad).text)
+    assert "impossible with friction" in str(sign_of(bad).text())
 
 
 def test_the_reference_tells_which_sensor_is_reversed():
@@ -93,7 +94,7 @@ def test_a_velocity_against_its_position_is_named():
     position = np.sin(2 * np.pi * T)
     found = sign_of(stream(position=position, velocity=-np.cos(2 * np.pi * T)))
     assert found.reversed == ("velocity",)
-    assert "change of position have opposite signs" in str(found.text)
+    assert "change of position have opposite signs" in str(found.text())
 
 
 @pytest.mark.parametrize("spring", [0.0, 40.0])
@@ -111,3 +112,35 @@ def test_a_frictionless_axis_tells_nothing_of_signs():
     position = np.sin(2 * np.pi * T)
     for sign in (1.0, -1.0):
         assert sign_of(stream(position=position, effort=sign * position)).reversed == ()
+
+
+def rig(unit: str, scale: float = 1.0, direction: int = 1, *, reference: bool = False) -> Bench:
+    columns = {"position": Column("x", unit, scale=scale), "current": Column("i", "A", scale=0.5)}
+    if reference:
+        columns["reference"] = Column("r", unit)
+    return bench(columns, Encoder(counts_per_revolution=100, direction=direction))
+
+
+@pytest.mark.parametrize(
+    ("name", "document", "advice"),
+    [
+        ("position", rig("count"), "encoder.direction: -1 in the bench (found: 1)"),
+        ("position", rig("count", direction=-1), "encoder.direction: 1 in the bench (found: -1)"),
+        ("position", rig("deg", 2.0), "columns.position.scale: -2 in the bench (found: 2)"),
+        ("position", rig("deg", direction=-1), "columns.position.scale: -1 in the bench"),
+        ("effort", rig("deg"), "columns.current.scale: -0.5 in the bench (found: 0.5)"),
+        ("position or effort", rig("deg"), "columns.position.scale: -1 in the bench"),
+        # position and reference must not contradict each other afterwards
+        ("position or effort", rig("deg", reference=True), "columns.current.scale: -0.5"),
+        ("position or current", rig("count"), "encoder.direction: -1 in the bench"),
+    ],
+)
+def test_the_advice_has_an_effect_on_the_reversed_signal(
+    name: str, document: Bench, advice: str
+) -> None:
+    assert reversal(name, document).startswith(f"set {advice}")
+
+
+def test_without_a_bench_the_column_is_named() -> None:
+    assert "columns.velocity.scale" in reversal("velocity", None)
+    assert "encoder.direction" not in reversal("position", None)

@@ -14,6 +14,7 @@ from frictool.identify.breakaway.breakaway import Breakaway, breakaway
 from frictool.identify.fit_result import SLIDING, Interval
 from frictool.identify.motion_record import make_record
 from frictool.plant.axis import AxisParameters, rest
+from frictool.plant.position_load import PositionLoad, with_load
 from frictool.typing import Vector
 from studies.rigs.identification_rigs import mass_bench
 from tests.identify.arm import PERIOD
@@ -31,11 +32,12 @@ PAUSE = 50  # samples without effort after each motion
 
 class Ramps(NamedTuple):
     """Ramps of `rate` per s, taken back after `counts` of the encoder; noise: standard deviation of
-    the effort."""
+    the effort; the direction changes at least `span` rad from 0."""
 
     rate: float
     counts: int
     noise: float
+    span: float = 0.05
 
 
 def random_rig(seed: int, fall: str, exponent: float = 2.0) -> tuple[AxisParameters, Ramps]:
@@ -61,15 +63,21 @@ def random_rig(seed: int, fall: str, exponent: float = 2.0) -> tuple[AxisParamet
     return axis, Ramps(rate, int(draw.integers(2, 12)), strength * 10.0 ** draw.uniform(-3.3, -2.0))
 
 
-def play(axis: AxisParameters, ramps: Ramps, samples: int, seed: int) -> tuple[Vector, Vector]:
+def play(
+    axis: AxisParameters,
+    ramps: Ramps,
+    samples: int,
+    seed: int,
+    load: PositionLoad = PositionLoad(),  # noqa: B008
+) -> tuple[Vector, Vector]:
     """Return the position (n,) by the encoder and the measured effort (n,) of ramps to and fro."""
     state, parameters, step = (
         np.asarray(rest(0.3 * axis.encoder_step)),
-        axis.as_array(),
+        with_load(axis.as_array(), load.as_array()),
         axis.encoder_step,
     )
     position, effort = np.empty(samples), np.empty(samples)
-    span = max(15.0 * step, 0.05)
+    span = max(15.0 * step, ramps.span)
     level, side, before, pause = 0.0, 1.0, 0, 0
     for k in range(samples):
         count = math.floor(state[0] / step)

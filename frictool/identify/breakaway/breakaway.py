@@ -28,29 +28,33 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
-from numpy.polynomial.polynomial import polyval
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
-from frictool.identify.breakaway.onset_friction import OnsetData, onset_data
-from frictool.identify.breakaway.position_law import (
-    PolynomialOrders,
-    choose_structure,
-    fit_polynomials,
-    sides_of,
+from frictool.identify.breakaway.breakaway_fit import (
+    BreakawayErrors,
+    BreakawayFit,
+    breakaway_errors,
+    fit_breakaway,
 )
+from frictool.identify.breakaway.onset_friction import OnsetData
+from frictool.identify.breakaway.onset_load import NO_LOAD, OnsetLoad
+from frictool.identify.breakaway.position_law import sides_of
 from frictool.identify.breakaway.rising_friction import RisingFriction, rising_friction
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
+from frictool.identify.breakaway.unknown_load import (
+    inseparable,
+    load_slope,
+    onset_data_under,
+    with_further_orders,
+    without_free_load,
+)
 from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.interval_checks import too_vague
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.regression.combined_interval import half_width
-from frictool.identify.regression.regression import LeastSquaresSolution, SingularRegressors
+from frictool.identify.regression.regression import SingularRegressors
 from frictool.typing import Vector
 
-UNIFORM = float(np.sqrt(3.0))  # ratio of half a range to its standard deviation
-LIKE_A_LOAD = 3.0  # least ratio of the changes of load and friction over the travel
-ROUNDS = 3  # iterations between the onsets and the shape of friction over position
 GRID_POINTS = 200  # grid points over the range at which the breakaway law must be positive
 
 
@@ -73,21 +77,6 @@ class BreakawayOverPosition:
     coefficients: tuple[tuple[Interval, ...], tuple[Interval, ...]]
     common: bool
 
-    def load_slope(self) -> float | None:
-        """Return the slope of a load [N m/rad | N/m] that explains the law better than friction.
-
-        A load raises the breakaway in one direction and lowers it in the other; friction over
-        position changes both alike. The result is the slope of (forward - backward)/2 if this
-        varies over the travel at least LIKE_A_LOAD times as much (standard deviation) as the mean
-        of both. Otherwise, and if both directions have a common law, the result is None.
-        """
-        position = np.linspace(self.low, self.high, 50)
-        forward, backward = (polyval(position, powers) for powers in self.powers)
-        load, friction = 0.5 * (forward - backward), 0.5 * (forward + backward)
-        if self.common or np.std(load) < LIKE_A_LOAD * np.std(friction):
-            return None
-        return float(np.polyfit(position, load, 1)[0])
-
 
 @dataclass(frozen=True)
 class Breakaway:
@@ -103,6 +92,9 @@ class Breakaway:
     - fall: Stribeck curves after the onset for which `interval` is valid
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
+    - load_slope: slope of a load [N m/rad | N/m] that explains the onsets as well as `by_position`
+      (`unknown_load.load_slope`), or None
+    - load: unknown part of the load for which `interval` is valid
     """
 
     interval: Interval
@@ -116,6 +108,8 @@ class Breakaway:
     fall: StribeckVelocityRange
     by_position: BreakawayOverPosition | None = None
     rising: RisingFriction | None = None
+    load_slope: float | None = None
+    load: OnsetLoad = NO_LOAD
 
     @property
     def parameter(self) -> Interval:
@@ -129,40 +123,84 @@ def breakaway(
     axis: Mapping[str, Interval],
     confidence: float,
     stribeck: StribeckVelocityRange | None = None,
+    load: OnsetLoad = NO_LOAD,
 ) -> Breakaway:
     """Compute the breakaway from records of ramps.
 
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
     - stribeck: Stribeck velocity that was identified from another log; None to use the range that
       the onsets allow
+    - load: unknown part of the load over position
 
     If all ramps have the same direction, the offset is subtracted. Raises UnusableLogs if neither
-    direction has five onsets, or if a load starts the axis.
+    direction has five onsets, if a load starts the axis, or if the ramps do not separate an unknown
+    load from the friction.
     """
-    data = onset_data(records, bench)
+    if not load.free:
+        return _breakaway(records, bench, axis, confidence, stribeck, load)
+    found: list[Breakaway] = []
+    reasons: list[UnusableLogs] = []
+    for one in (load, load.bounded) if load.most else (load,):
+        try:
+            freed, fitted = without_free_load(records, bench, axis, one)
+            found.append(_breakaway(freed, bench, fitted, confidence, stribeck, one))
+        except UnusableLogs as error:
+            reasons.append(error)
+    if not found:
+        raise reasons[0]
+    best = min(found, key=lambda one: one.parameter.half_width)
+    known = best.parameter
+    if not np.isfinite(known.half_width) or too_vague("breakaway", known) is not None:
+        raise inseparable(load, f"its interval is [{known.low:.3g}, {known.high:.3g}]")
+    if best is found[0]:
+        return best
+    # the interval contains every load up to `load.most`; a fitted load gives the value
+    value = min(max(found[0].parameter.value, known.low), known.high)
+    return replace(best, interval=replace(known, value=value))
+
+
+def _breakaway(
+    records: list[MotionRecord],
+    bench: Bench,
+    axis: Mapping[str, Interval],
+    confidence: float,
+    stribeck: StribeckVelocityRange | None,
+    load: OnsetLoad,
+) -> Breakaway:
+    data = onset_data_under(records, bench, load)
     nominal = {name: known.value for name, known in axis.items()}
     try:
-        fit = _fit(data, nominal)
+        fit = fit_breakaway(data, nominal)
         fall = stribeck or data.fall_range(axis, fit.shape, confidence)
         if fall.velocity > 0.0:
             data = replace(data, fall=fall.value)
-            fit = _fit(data, nominal)
+            fit = fit_breakaway(data, nominal)
         lag_free = any(record.lag == 0.0 for record in records)
         half_step = 0.5 * max(o.rate for o in data.onsets) * records[0].period if lag_free else 0.0
-        errors = _errors(data, fit, axis, fall, half_step, confidence)
+        errors = breakaway_errors(data, fit, axis, fall, load, half_step, confidence)
+        mean = errors.interval(np.mean(fit.levels, axis=0))
+        if load.free:
+            further = with_further_orders(data, fit)
+            wide = breakaway_errors(data, further, axis, fall, load, half_step, confidence)
+            other = wide.interval(further.levels[0])
+            mean = replace(mean, low=min(mean.low, other.low), high=max(mean.high, other.high))
     except SingularRegressors as error:
+        if load.free:
+            raise inseparable(load, "each direction has too few positions") from None
         raise UnusableLogs(
             f"the breakaways do not determine how friction varies with position: {error}"
         ) from None
     positions = data.positions
-    levels = _levels(fit.structure)
-    mean = errors.interval(np.mean(levels, axis=0))
-    rising = law = None
+    rising = law = slope = None
     if fit.structure.constant:
         rested = np.array([onset.rested for onset in data.onsets])
         rising = rising_friction(rested, positions.direction, fit.friction, confidence)
-    elif len(levels) == 2:
+    elif len(fit.levels) == 2:
         law = _by_position(data, fit, errors)
+        if load.free:
+            law = replace(law, forward=mean, backward=mean)
+        elif not load.errors:
+            slope = load_slope(data.positions, fit, bench)
         _refuse_loaded(law, bench)
     if rising is not None:
         mean = _wider(rising.full, mean)
@@ -188,6 +226,8 @@ def breakaway(
         fall,
         law,
         rising,
+        slope,
+        load,
     )
 
 
@@ -215,113 +255,6 @@ def _wider(full: Interval, mean: Interval) -> Interval:
     return Interval(full.value, full.value - down, full.value + up)
 
 
-@dataclass(frozen=True)
-class BreakawayFit:
-    """Breakaway over position as fitted polynomials, and the friction at the onsets.
-
-    - structure: orders of the polynomials
-    - shape: breakaway at the onsets divided by the mean, (n,); None if the breakaway is constant
-    - solution: least-squares solution for the coefficients of the polynomials
-    - friction: breakaway at the onsets, (n,), N m | N
-    """
-
-    structure: PolynomialOrders
-    shape: Vector | None
-    solution: LeastSquaresSolution
-    friction: Vector
-
-
-def _fit(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit:
-    shape: Vector | None = None
-    for _ in range(ROUNDS):
-        friction = data.friction(nominal, shape)
-        structure = choose_structure(data.positions, friction)
-        solution = fit_polynomials(data.positions, friction, structure)
-        if structure.constant:
-            break
-        shape = data.shape(structure, solution.value)
-    return BreakawayFit(structure, shape, solution, friction)
-
-
-def _levels(structure: PolynomialOrders) -> list[Vector]:
-    """Return weights (p,) for each direction with onsets.
-
-    The sum of the fitted coefficients (p,) times these weights is the direction's mean breakaway.
-    """
-    if structure.common:
-        unit = np.eye(structure.orders[0] + 2)
-        return [unit[0], unit[0]]
-    sizes = [order + 1 for order in structure.orders]
-    unit = np.eye(sum(sizes))
-    return [unit[first] for first, size in zip((0, sizes[0]), sizes, strict=True) if size]
-
-
-@dataclass(frozen=True)
-class BreakawayErrors:
-    """Errors of the coefficients (p,) of the polynomials of a `BreakawayFit`.
-
-    - ranges: for each axis parameter and for the rest position, changes (p,) of the coefficients
-      if the parameter or position is at the low and at the high end of its interval
-    - falls: for each allowed Stribeck curve, changes (p,) of the coefficients relative to those for
-      the nominal curve
-    - half_step: half of the increase of a ramp in one sample, N m | N
-    """
-
-    solution: LeastSquaresSolution
-    ranges: list[tuple[Vector, Vector]]
-    falls: list[Vector]
-    half_step: float
-    confidence: float
-
-    def interval(self, weights: Vector) -> Interval:
-        """Return the interval of the sum of the coefficients times `weights` (p,)."""
-        value = float(weights @ self.solution.value)
-        statistical = np.linalg.norm(weights * self.solution.half_width(self.confidence))
-        deviation = float(statistical) / float(scipy.special.ndtri(0.5 + 0.5 * self.confidence))
-        ends = [(float(weights @ low), float(weights @ high)) for low, high in self.ranges]
-        other = [float(weights @ shift) for shift in self.falls]
-        down, up = (
-            self.half_step
-            + max(0.0, *(sign * shift for shift in other))
-            + half_width(
-                self.confidence,
-                deviation,
-                [self.half_step, *(max(0.0, sign * low, sign * high) for low, high in ends)],
-            )
-            for sign in (-1.0, 1.0)
-        )
-        return Interval(value, value - down, value + up)
-
-
-def _errors(
-    data: OnsetData,
-    fit: BreakawayFit,
-    axis: Mapping[str, Interval],
-    fall: StribeckVelocityRange,
-    half_step: float,
-    confidence: float,
-) -> BreakawayErrors:
-    nominal = {name: known.value for name, known in axis.items()}
-    design = data.positions.design(fit.structure)
-    friction = data.friction(nominal, fit.shape)
-
-    def moved(end: Vector) -> Vector:
-        return np.asarray(np.linalg.lstsq(design, end - friction, rcond=None)[0], dtype=np.float64)
-
-    def at(name: str, value: float) -> Vector:
-        return moved(data.friction({**nominal, name: value}, fit.shape))
-
-    low, high = (moved(data.friction(nominal, fit.shape, end)) for end in (-UNIFORM, UNIFORM))
-    falls = [replace(data, fall=end) for end in fall.ends]
-    return BreakawayErrors(
-        fit.solution,
-        [*((at(name, one.low), at(name, one.high)) for name, one in axis.items()), (low, high)],
-        [moved(fallen.friction(nominal, fit.shape)) for fallen in falls],
-        half_step,
-        confidence,
-    )
-
-
 def _by_position(
     data: OnsetData, fit: BreakawayFit, errors: BreakawayErrors
 ) -> BreakawayOverPosition:
@@ -332,7 +265,7 @@ def _by_position(
         tuple(map(errors.interval, positions.power_weights(rows)))
         for rows in sides_of(fit.structure, np.eye(value.size))
     )
-    levels = [errors.interval(weights) for weights in _levels(fit.structure)]
+    levels = [errors.interval(weights) for weights in fit.levels]
     return BreakawayOverPosition(
         positions.low,
         positions.high,

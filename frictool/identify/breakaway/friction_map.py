@@ -80,7 +80,7 @@ def friction_map(
     assert law is not None
     start, levels = _fitted(rows, law, offset, bench, settings)
     sliding = {**start.parameters, "coulomb": _mean(levels)}
-    ramp = breakaway(ramps, bench, {**axis, **sliding}, settings.confidence)
+    ramp = breakaway(ramps, bench, {**axis, **sliding}, settings.confidence, load=first.load)
     law = ramp.by_position or law
     fit, levels = _fitted(rows, law, offset, bench, settings)
     beta = (law.forward.value + law.backward.value) / (levels[0].value + levels[-1].value)

@@ -274,9 +274,8 @@ class OnsetData:
 
     def shape(self, structure: PolynomialOrders, value: Vector) -> Vector:
         """Return the fitted friction (n,) at the onsets, divided by the mean fitted friction."""
-        curve = self.positions.design(structure) @ value
-        if structure.common:
-            curve = curve - value[-1] * self.positions.direction
+        kept = structure.orders[0] + 1 if structure.common else value.size
+        curve = self.positions.design(structure)[:, :kept] @ value[:kept]
         return np.asarray(curve / np.mean(curve))
 
 

@@ -6,7 +6,8 @@ xi is the position scaled to [-1, 1], and P_k is a Legendre polynomial, so that 
 the range of positions. The orders are compared by their leave-one-out errors at the same
 breakaways. The lowest order whose error is within two standard errors of the smallest error is
 chosen. The same rule decides between two models: one polynomial for each direction, and a common
-polynomial with an offset of the effort.
+polynomial with an offset of the effort. A load over position raises the effort in one direction and
+lowers it in the other. If such a load is fitted too, both directions have a common polynomial.
 """
 
 from __future__ import annotations
@@ -47,12 +48,18 @@ class PolynomialOrders:
 
 @dataclass(frozen=True)
 class BreakawayPositions:
-    """Position in [low, high], rad | m, and direction, +1 or -1, of each breakaway, (n,)."""
+    """Position in [low, high], rad | m, and direction, +1 or -1, of each breakaway, (n,).
+
+    - loads: efforts (n, q) of q loads over position, which are fitted together with the friction
+    - highest: highest order of the polynomials
+    """
 
     position: Vector
     direction: Vector
     low: float
     high: float
+    loads: Matrix | None = None
+    highest: int = HIGHEST_ORDER
 
     @property
     def scaled(self) -> Vector:
@@ -66,10 +73,13 @@ class BreakawayPositions:
     def design(self, structure: PolynomialOrders) -> Matrix:
         """Return the regressors (n, p) of the friction, first forward, then backward.
 
-        For a common polynomial, the last column is the direction, with the offset as coefficient.
+        For a common polynomial, the columns of its orders are followed by the direction, with the
+        offset as coefficient, and by the loads times the direction.
         """
         if structure.common:
-            return np.column_stack((legvander(self.scaled, structure.orders[0]), self.direction))
+            polynomial = legvander(self.scaled, structure.orders[0])
+            loads = () if self.loads is None else (self.loads * self.direction[:, None]).T
+            return np.column_stack((polynomial, self.direction, *loads))
         sides = []
         for side, order in zip((1.0, -1.0), structure.orders, strict=True):
             if order >= 0:
@@ -120,41 +130,50 @@ def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector
     `value` contains all coefficients in the order of `design`. The lowest order is first. A
     direction without data has an empty array.
     """
-    if structure.common:
-        return value[:-1], value[:-1]
     split = structure.orders[0] + 1
-    return value[:split], value[split:]
+    return value[:split], value[:split] if structure.common else value[split:]
 
 
 def choose_structure(positions: BreakawayPositions, friction: Vector) -> PolynomialOrders:
     """Return the polynomial orders that the friction (n,) [N m | N] at the breakaways supports."""
+    if positions.loads is not None:
+        return _common_structure(positions, friction)[0]
     forward = positions.direction > 0.0
     present = (bool(np.any(forward)), bool(np.any(~forward)))
     orders = [
-        _order(positions.scaled[side], friction[side]) if any_ else -1
+        _order(positions.scaled[side], friction[side], positions.highest) if any_ else -1
         for side, any_ in zip((forward, ~forward), present, strict=True)
     ]
     separate = PolynomialOrders((orders[0], orders[1]), False)
     if not all(present):
         return separate
-    errors = [
-        left_out(positions.design(PolynomialOrders((order, order), True)), friction)
-        for order in range(_highest(friction.size) + 1)
-    ]
-    order = _smallest_as_good(errors)
+    common, error = _common_structure(positions, friction)
+    if positions.highest == 0:
+        return common
     apart = left_out(positions.design(separate), friction)
-    return PolynomialOrders((order, order), True) if as_good(errors[order], apart) else separate
+    return common if as_good(error, apart) else separate
 
 
-def _highest(count: int) -> int:
-    return max(0, min(HIGHEST_ORDER, count // ROWS_PER_TERM - 1))
+def _common_structure(
+    positions: BreakawayPositions, friction: Vector
+) -> tuple[PolynomialOrders, Vector]:
+    """Return the smallest sufficient order of a common polynomial, and its left-out errors (n,)."""
+    highest = _highest(friction.size, positions.highest)
+    structures = [PolynomialOrders((order, order), True) for order in range(highest + 1)]
+    errors = [left_out(positions.design(one), friction) for one in structures]
+    order = _smallest_as_good(errors)
+    return structures[order], errors[order]
 
 
-def _order(scaled: Vector, friction: Vector) -> int:
+def _highest(count: int, highest: int) -> int:
+    return max(0, min(highest, count // ROWS_PER_TERM - 1))
+
+
+def _order(scaled: Vector, friction: Vector, highest: int) -> int:
     return _smallest_as_good(
         [
             left_out(np.asarray(legvander(scaled, order), dtype=np.float64), friction)
-            for order in range(_highest(friction.size) + 1)
+            for order in range(_highest(friction.size, highest) + 1)
         ]
     )
 

@@ -67,6 +67,7 @@ from frictool.identify.rows.regression_samples import (
 )
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping_rows, stroke_samples
 from frictool.identify.rows.smoothing import (
+    SHORTEST,
     acceleration_response,
     choose_window,
     measurement_noise,
@@ -132,11 +133,15 @@ class ExplanationSearch:
     def smoother(self, factor: float) -> ExplanationSearch:
         """Return the search with smoothing windows that are `factor` times as long.
 
-        A window is at most a quarter of the record's median stroke.
+        A longer window is at most a quarter of the record's median stroke, and a shorter one at
+        least SHORTEST samples.
         """
         longest = (LONGEST_SHARE * stroke_samples(record) for record in self.records)
         windows = tuple(
-            max(window, 2 * int(0.5 * min(factor * window, most)) + 1)
+            max(
+                window if factor >= 1.0 else SHORTEST,
+                2 * int(0.5 * min(factor * window, most)) + 1,
+            )
             for window, most in zip(self.windows, longest, strict=True)
         )
         return replace(self, windows=windows)

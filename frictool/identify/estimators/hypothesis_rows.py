@@ -100,6 +100,13 @@ class ReducedRows:
         size = float(np.linalg.norm(self.sides[:, :, :-1] @ factor))
         return size / float(np.sqrt(self.samples.velocity.size))
 
+    def amplitude(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
+        """Return the amplitude [N m | N] of the ripple `tested` in a fit with `others`."""
+        columns = self.columns([*others, tested])
+        value = self.fitted(columns)
+        chosen = [self.names[k] in tested.names for k in columns]
+        return float(np.linalg.norm(value[chosen]))
+
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
         """Return whether the rows determine `tested`, and only `tested` can cause its effort.
 

@@ -61,6 +61,10 @@ def instrumental(
         samples, np.ones(samples.velocity.size), window, settings.confidence, {"window": window}
     )
     z = tuple(np.concatenate(columns) for columns in zip(*instruments, strict=True))
+    if np.ptp(z[1]) == 0.0:
+        raise UnusableLogs(
+            "the reference stands still while the axis moves, as after a step; use least-squares"
+        )
     correlation = float(np.corrcoef(z[1], samples.velocity)[0, 1])
     if correlation < WEAKEST:
         raise UnusableLogs(

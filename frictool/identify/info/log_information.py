@@ -31,6 +31,7 @@ from frictool.logs.log_from_arrays import write_log
 from frictool.logs.losses import as_rows
 from frictool.logs.quality.kind_recognition import kind_of
 from frictool.logs.quality.log_kinds import TEST
+from frictool.logs.quality.motion_check import motion_doubts
 from frictool.logs.quality.sign_check import sign_of
 from frictool.logs.quality.survey import StreamSurvey, row, survey
 from frictool.logs.raw_table import LAYOUT
@@ -136,7 +137,16 @@ def _facts(made: LogAssembly, surveys: list[StreamSurvey], bench: Bench | None) 
         else {"low": velocity[0], "high": velocity[1], "samples": main.window},
         "work_share": sign.work,
         "reversed": list(sign.reversed),
-        "odd": [text for text in (main.jumps.text(), sign.text, _apart(main, surveys)) if text],
+        "odd": [
+            text
+            for text in (
+                main.jumps.text(),
+                sign.text(bench),
+                *motion_doubts(main.opening, bench),
+                _apart(main, surveys),
+            )
+            if text
+        ],
         "clocks": _clocks(main, surveys),
         "dated_by": {flow.head.topic: flow.clock for flow in made.flows if flow.clock is not None},
         "clock_offset": made.notes.get(CLOCK_OFFSET, {}),

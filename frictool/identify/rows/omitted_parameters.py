@@ -85,7 +85,7 @@ class OmittedParameters:
         for names in TERMS.values():
             group = [name for name in names if name in self._hidden]
             if group:
-                points = most * _unit_loads([loads[name] for name in group])
+                points = most * unit_loads([loads[name] for name in group])
                 total += np.max(
                     np.abs(np.column_stack([self._slope[name] for name in group]) @ points.T),
                     axis=1,
@@ -129,7 +129,7 @@ class OmittedParameters:
             return None
 
 
-def _unit_loads(columns: Sequence[Vector]) -> Matrix:
+def unit_loads(columns: Sequence[Vector]) -> Matrix:
     """Return m sets of coefficients (m, k) of k load columns, each with a peak effort of 1."""
     if len(columns) == 1:
         return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])

@@ -20,6 +20,7 @@ from frictool.logs.clocks.resampling import RESAMPLED
 from frictool.logs.log import Log, Stream
 from frictool.logs.quality.drive_range import IMPOSSIBLE, beyond_limit
 from frictool.logs.quality.jumps import JUMPS
+from frictool.logs.quality.motion_check import motion_doubts
 from frictool.logs.quality.time_base import time_base
 from frictool.logs.quality.wrap_detection import WrapSearch
 from frictool.typing import Vector
@@ -47,6 +48,7 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
         *log.warnings,
         *([doubt] if doubt else []),
         *_check_wraps(log, stream, bench),
+        *motion_doubts(stream, bench),
         *check_rate(log.source, time_base(stream.time), bench.sample_period_s, same=same_period),
     ]
     if _is_measured(log, stream, bench):

@@ -22,7 +22,7 @@ from typing import get_args
 
 import numpy as np
 
-from frictool.documents.bench import OPEN, Channel
+from frictool.documents.bench import COUNT, OPEN, Channel
 from frictool.documents.quantity import (
     CHANNEL_DIMENSIONS,
     SERVO_CHANNELS,
@@ -44,7 +44,7 @@ from frictool.logs.channels.column_names import (
     words,
 )
 from frictool.logs.channels.logger_presets import NO_CHANNEL, PresetColumn
-from frictool.logs.channels.mapping import COUNT, EFFORT, TIME
+from frictool.logs.channels.mapping import EFFORT, TIME
 from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.quality.time_base import encoder_step
 from frictool.typing import Vector

@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from frictool.documents.bench import LONGEST_PERIOD, OPEN, SHORTEST_PERIOD, Layout
+from frictool.documents.bench import COUNT, LONGEST_PERIOD, OPEN, SHORTEST_PERIOD, Layout
 from frictool.documents.quantity import Axis, factor_to_si
 from frictool.documents.starting_documents import StartingRig
 from frictool.errors import LogError
@@ -35,7 +35,7 @@ from frictool.logs.channels.column_choice import (
 )
 from frictool.logs.channels.column_names import unit_in, words
 from frictool.logs.channels.logger_presets import preset_of
-from frictool.logs.channels.mapping import COUNT, TIME
+from frictool.logs.channels.mapping import TIME
 from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.formats import open_tables
 from frictool.logs.log import Log

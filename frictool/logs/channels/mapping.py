@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictool.documents.bench import Bench, Column
+from frictool.documents.bench import COUNT, Bench, Column
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, UnitScale, si_unit, unit_scale
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import LATEST, NS, StreamHeader, message_path
@@ -27,6 +27,7 @@ from frictool.logs.clocks.sample_intervals import SampleIntervals
 from frictool.logs.losses import LossList
 from frictool.logs.quality.drive_range import beyond_limit
 from frictool.logs.quality.jumps import JUMPS
+from frictool.logs.quality.motion_check import motion_doubts
 from frictool.logs.quality.opening_samples import OpeningSamples
 from frictool.logs.quality.sign_check import sign_of
 from frictool.logs.quality.time_base import TimeBase
@@ -37,7 +38,6 @@ from frictool.typing import Vector
 
 TIME = "time"
 LARGEST = 1e100  # largest raw number, so that converted values stay finite
-COUNT = "count"
 EFFORT = "effort"
 
 MOST_COUNTS = 2.0**53  # largest count up to which a double represents every integer
@@ -179,7 +179,7 @@ class ChannelMapper:
                 "allowed: at least 2",
             )
         opening = self._opening.stream
-        sign = sign_of(opening).text
+        sign = sign_of(opening).text(self._bench)
         # an effort that is computed from the drive signal is not in the file
         signals = {n: one for n, one in opening.signals.items() if n in self.columns}
         unit_doubt = beyond_limit(
@@ -195,10 +195,21 @@ class ChannelMapper:
             if question is None or not text.startswith(JUMPS)
         ]
         self.warnings = (
+            *self._idle_direction(),
             *rate,
             *rounded,
             *counter,
             *(text for text in (question, drift, sign, unit_doubt) if text),
+            *motion_doubts(opening, self._bench),
+        )
+
+    def _idle_direction(self) -> tuple[str, ...]:
+        position = next((one for one in self._sources if one.channel == POSITION), None)
+        if self._bench.encoder.direction == 1 or position is None or _in_counts(position):
+            return ()
+        return (
+            f"encoder.direction: -1 has no effect on columns.position in {position.column.unit}, "
+            "only in counts; remove it, and state the sign in columns.position.scale",
         )
 
     @property

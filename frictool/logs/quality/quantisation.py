@@ -1,14 +1,26 @@
-"""Quantisation of a signal, from the distinct values collected block after block."""
+"""Quantisation of a signal, and comparison of a position's quantisation with the bench."""
 
 from __future__ import annotations
 
+import contextlib
+import math
+
 import numpy as np
 
-from frictool.logs.quality.time_base import encoder_step, levels
+from frictool.documents.bench import COUNT, Bench
+from frictool.documents.quantity import si_unit, unit_scale
+from frictool.logs.quality.time_base import ON_LATTICE, encoder_step, levels
 from frictool.typing import Vector
 
 # maximum number of distinct values collected: these suffice to show any relevant step
 MOST = 1 << 17
+SEVERAL = 2.0 * (1.0 - ON_LATTICE)  # least ratio of two steps for a warning
+CHANCE = 1e-6  # probability of coarse steps by chance below which there is a warning
+# least number of positions between the bench's counts at which the axis stands, and their least
+# share of all positions at which it stands
+FEWEST_BETWEEN, SHARE_BETWEEN = 3, 0.25
+SINGLE_PRECISION = 2.0**-22  # largest step of numbers in single precision, relative to the largest
+POWER = 1e-4  # largest deviation of an exponent from a whole number
 
 
 class DistinctValues:
@@ -31,3 +43,59 @@ class DistinctValues:
     def step(self) -> float | None:
         """Return the step of which all distances of values are multiples; None if there is none."""
         return encoder_step(self._values) if self._values.size else None
+
+
+def step_doubt(position: Vector, bench: Bench) -> str | None:
+    """Return a warning if the steps of the position are not those of the bench's encoder, or None.
+
+    position: samples (n,) in rad or m.
+
+    A filtered position has no steps, and causes no warning. Finer steps than the encoder's may come
+    from the format of the numbers, or from interpolation between counts. An interpolated position
+    is never constant between two counts.
+    """
+    step, count = encoder_step(position), bench.encoder.resolution
+    if step is None or 1.0 / SEVERAL < step / count < SEVERAL:
+        return None
+    ratio = max(step / count, count / step)
+    steps = np.rint((position - position[0]) / step)
+    if step > count:
+        # at a constant speed, all samples may be multiples of several counts
+        if np.count_nonzero(np.diff(steps, 2)) * math.log(ratio) < -math.log(CHANCE):
+            return None
+    elif _from_format(position, step, bench) or not _stands_between(steps, round(ratio)):
+        return None
+    key = "step" if bench.encoder.step is not None else "counts_per_revolution"
+    unit = si_unit("position", bench.axis)
+    whole = abs(ratio - round(ratio)) < ON_LATTICE
+    reason = " (a gear ratio?)" if whole else " (a rounded log?)" if step > count else ""
+    return (
+        f"the position has steps of {step:.4g} {unit}, but one count of the bench is {count:.4g} "
+        f"{unit}; their ratio is {ratio:.4g}{reason}: correct encoder.{key} or columns.position"
+    )
+
+
+def _from_format(position: Vector, step: float, bench: Bench) -> bool:
+    """Return True if the numbers of the file can only be multiples of `step`."""
+    column = bench.columns.get("position")
+    if column is not None and column.unit == COUNT:
+        return True
+    raw = step
+    if column is not None:
+        with contextlib.suppress(ValueError):  # the log may come from another bench
+            scale = unit_scale(column.unit, "position", bench.axis).factor * abs(column.scale)
+            raw = step / scale
+    exponents = np.log(raw) / np.log((2.0, 10.0))
+    return bool(
+        step <= SINGLE_PRECISION * np.abs(position).max()
+        or np.any(np.abs(exponents - np.rint(exponents)) < POWER)
+    )
+
+
+def _stands_between(steps: Vector, parts: int) -> bool:
+    """Return True if the axis stands between counts of `parts` steps; steps: positions (n,)."""
+    places, times = np.unique(steps[1:][np.diff(steps) == 0.0], return_counts=True)
+    if not places.size:
+        return False
+    between = np.count_nonzero((places - places[np.argmax(times)]) % parts)
+    return bool(between >= max(FEWEST_BETWEEN, SHARE_BETWEEN * places.size))

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.documents.bench import COUNT, Bench
 from frictool.logs.log import Stream
 from frictool.typing import Vector
 
@@ -50,8 +51,7 @@ class SignCheck:
     work: float | None
     reversed: tuple[str, ...] = ()
 
-    @property
-    def text(self) -> str | None:
+    def text(self, bench: Bench | None = None) -> str | None:
         """Return a warning about the reversed signal; None if no signal is reversed."""
         if not self.reversed:
             return None
@@ -63,8 +63,8 @@ class SignCheck:
             )
         else:
             finding = "velocity and change of position have opposite signs"
-        fix = "encoder.direction, or a scale of -1 in columns"
-        return f"{finding}: the sign of {names} is reversed; set {fix}"
+        fixes = " and ".join(reversal(name, bench) for name in self.reversed)
+        return f"{finding}: the sign of {names} is reversed; {fixes}"
 
 
 def sign_of(stream: Stream) -> SignCheck:
@@ -91,16 +91,46 @@ def sign_of(stream: Stream) -> SignCheck:
         and work <= -CLEAR
         and _brakes(position, signals[effort])
     ):
-        wrong.append(_culprit(effort, signals))
+        wrong.append(reversed_signal(effort, position, signals.get("reference")))
     return SignCheck(work, tuple(wrong))
 
 
-def _culprit(effort: str, signals: dict[str, Vector]) -> str:
-    reference = signals.get("reference")
-    together = 0.0 if reference is None else _correlation(reference, signals["position"])
+def reversed_signal(effort: str, position: Vector, reference: Vector | None) -> str:
+    """Return which of `effort` and "position" is reversed if their signs contradict each other.
+
+    effort: name of the effort or drive signal.
+    position, reference: samples (n,).
+
+    The result is "position or ..." if the reference does not decide.
+    """
+    together = 0.0 if reference is None else _correlation(reference, position)
     if together > AGREES:
         return effort
     return "position" if together < -AGREES else f"position or {effort}"
+
+
+def reversal(name: str, bench: Bench | None) -> str:
+    """Return the change of the bench that reverses the signal `name`, an element of `reversed`.
+
+    If either the position or the drive may be reversed, the change concerns the position. A bench
+    with a reference is an exception, since position and reference would then contradict each other.
+    """
+    channel, *others = name.split(" or ")
+    if bench is None:
+        return f"reverse the sign of columns.{channel}.scale in the bench"
+    columns = bench.columns
+    counted = "position" in columns and columns["position"].unit == COUNT
+    if others and "reference" in columns and not counted:
+        channel = others[0]
+    if channel == "effort" and channel not in columns:
+        channel = bench.actuator.drive
+    if channel not in columns:
+        return f"reverse the sign of columns.{channel}.scale in the bench"
+    if channel == "position" and counted:
+        direction = bench.encoder.direction
+        return f"set encoder.direction: {-direction} in the bench (found: {direction})"
+    scale = columns[channel].scale
+    return f"set columns.{channel}.scale: {-scale:.12g} in the bench (found: {scale:.12g})"
 
 
 def _window(position: Vector) -> int:

@@ -80,12 +80,27 @@ def encoder_step(position: Vector) -> float | None:
     The step is the smallest distance of two positions divided by a number up to MOST_STEPS. The
     result is None if no such step fits, or if there are too few distinct positions.
     """
-    distances = _distances(position)
+    distances = np.sort(_distances(position))
     if distances.size < FEWEST_LEVELS - 1:
         return None
-    for parts in range(1, MOST_STEPS + 1):
-        step = distances.min() / parts
-        steps = np.rint(distances / step)
-        if np.abs(distances / step - steps).max() < ON_LATTICE:
-            return float(distances.sum() / steps.sum())
-    return None
+    steps = (_step(distances, parts) for parts in range(1, MOST_STEPS + 1))
+    return next((step for step in steps if step is not None), None)
+
+
+def _step(distances: Vector, parts: int) -> float | None:
+    """Return the step near the smallest distance divided by `parts`, or None if it does not fit.
+
+    The positions may be rounded, as in a text file. The step is therefore determined from the
+    shortest of the sorted distances, and then from longer and longer ones.
+    """
+    step = float(distances[0]) / parts
+    longest = parts
+    while True:
+        near = distances[: np.searchsorted(distances, (longest + 0.5) * step)]
+        steps = np.rint(near / step)
+        if np.abs(near / step - steps).max() >= ON_LATTICE:
+            return None
+        step = float(near.sum() / steps.sum())
+        if near.size == distances.size:
+            return step
+        longest *= 2

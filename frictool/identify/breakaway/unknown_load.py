@@ -1,0 +1,122 @@
+"""Breakaway from ramps on an axis with a load over position that no log of sliding gives.
+
+`onset_load` describes the two ways in which such a load is treated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.identify.breakaway.breakaway_fit import ROUNDS, BreakawayFit, fit_breakaway
+from frictool.identify.breakaway.onset_friction import OnsetData, onset_data
+from frictool.identify.breakaway.onset_load import (
+    FURTHER_ORDERS,
+    SPRING_UNIT,
+    OnsetLoad,
+    harmonic_units,
+    independent_loads,
+    load_efforts,
+)
+from frictool.identify.breakaway.position_law import (
+    BreakawayPositions,
+    PolynomialOrders,
+    as_good,
+    fit_polynomials,
+    left_out,
+)
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.motion_record import MotionRecord
+from frictool.plant.position_load import PositionLoad
+from frictool.typing import Matrix, Vector
+
+
+def inseparable(load: OnsetLoad, why: str) -> UnusableLogs:
+    """Return the error for ramps that do not separate the breakaway from a declared load."""
+    return UnusableLogs(
+        f"these ramps cannot separate the breakaway from the declared {load.what}: {why}; add "
+        "ramps in both directions at the same positions, or a log of sliding"
+    )
+
+
+def without_free_load(
+    records: list[MotionRecord],
+    bench: Bench,
+    axis: Mapping[str, Interval],
+    load: OnsetLoad,
+) -> tuple[list[MotionRecord], dict[str, Interval]]:
+    """Return records without the load that fits the onsets, and the axis with the fitted offset.
+
+    The fitted load has the mean 0 over the onsets.
+    """
+    known = dict(axis)
+    for _ in range(ROUNDS if load.free else 0):
+        data = onset_data_under(records, bench, load)
+        fit = fit_breakaway(data, {name: one.value for name, one in known.items()})
+        offset, *factors = fit.solution.value[fit.structure.orders[0] + 1 :].tolist()
+        offset += data.offset
+        known["offset"] = Interval(offset, offset, offset)
+        units = independent_loads(load.free, data.positions.position) @ factors
+        mean = float(np.mean(load_efforts(load.free, data.positions.position) @ units))
+        records = [
+            replace(one, effort=one.effort - load_efforts(load.free, one.position) @ units + mean)
+            for one in records
+        ]
+    return records, known
+
+
+def onset_data_under(records: list[MotionRecord], bench: Bench, load: OnsetLoad) -> OnsetData:
+    """Return the onsets; their structure depends on the unknown load."""
+    data = onset_data(records, bench)
+    if load.constant:
+        return replace(data, positions=replace(data.positions, highest=0))
+    if not load.free:
+        return data
+    if data.offset is None:
+        raise inseparable(load, "they have one direction only")
+    loads = _fitted_efforts(load.free, data.positions.position)
+    return replace(data, positions=replace(data.positions, loads=loads))
+
+
+def _fitted_efforts(units: Sequence[PositionLoad], position: Vector) -> Matrix:
+    """Return the efforts (n, q) of `independent_loads` at the onsets, with the mean 0."""
+    efforts = load_efforts(units, position) @ independent_loads(units, position)
+    return np.asarray(efforts - np.mean(efforts, axis=0))
+
+
+def with_further_orders(data: OnsetData, fit: BreakawayFit) -> BreakawayFit:
+    """Return the fit of polynomials with FURTHER_ORDERS more orders to the friction of `fit`."""
+    order = fit.structure.orders[0] + FURTHER_ORDERS
+    structure = PolynomialOrders((order, order), True)
+    return replace(
+        fit,
+        structure=structure,
+        solution=fit_polynomials(data.positions, fit.friction, structure),
+    )
+
+
+def load_slope(positions: BreakawayPositions, fit: BreakawayFit, bench: Bench) -> float | None:
+    """Return the slope of a load [N m/rad | N/m] that explains the onsets as well as `fit`.
+
+    The load is a spring or, on a rotary axis, gravity. It explains the onsets as well if, with at
+    most as many parameters, its left-out errors are not significantly larger. The slope is the mean
+    over the onsets. The result is None without such a load.
+    """
+    if not (np.any(positions.direction > 0.0) and np.any(positions.direction < 0.0)):
+        return None
+    design = positions.design(fit.structure)
+    error = left_out(design, fit.friction)
+    kinds = (SPRING_UNIT, harmonic_units(1.0)) if bench.axis == "rotary" else (SPRING_UNIT,)
+    for units in kinds:
+        loads = _fitted_efforts(units, positions.position)
+        loaded = replace(positions, loads=loads)
+        for order in range(design.shape[1] - len(units) - 1):
+            structure = PolynomialOrders((order, order), True)
+            if as_good(left_out(loaded.design(structure), fit.friction), error):
+                value = fit_polynomials(loaded, fit.friction, structure).value[order + 2 :]
+                slope = np.polyfit(positions.position, loads @ value, 1)[0]
+                return float(slope)
+    return None

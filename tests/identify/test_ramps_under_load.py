@@ -1,0 +1,189 @@
+"""Breakaway ramps of an axis with gravity: the load of the sliding log is kept, a declared load is
+fitted or widens the interval, and a ripple that the model lacks widens it by its amplitude."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.documents.bench import Bench
+from frictool.documents.load_terms import LoadTerms
+from frictool.documents.quantity import Quantity
+from frictool.errors import MESSAGE_LENGTH
+from frictool.identify.breakaway.breakaway import breakaway
+from frictool.identify.breakaway.onset_load import (
+    NO_LOAD,
+    OnsetLoad,
+)
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.identification import Identification, identify_records
+from frictool.identify.methods import DEFAULT, IdentificationSettings, run
+from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.identify.ripple_search import missing_ripples
+from frictool.plant.axis import AxisParameters
+from frictool.plant.axis_friction_laws import AxisLaws, FrictionPositionShape
+from frictool.plant.position_load import LoadHarmonic, PositionLoad
+from tests.support.linear_axis import PERIOD
+from tests.support.loaded_axis import COUNT, Loaded, loaded_axis
+from tests.support.stribeck_rigs import Ramps, play
+
+RATIO = 1.3  # breakaway over Coulomb friction
+USUAL = IdentificationSettings()
+TILT = 0.15  # relative change of the breakaway at 1 rad
+TILTED = FrictionPositionShape(-1.0, 1.0, ((1.0, TILT), (1.0, TILT)), ((1.0, TILT), (1.0, TILT)))
+
+
+def gravity_of(axis: Loaded) -> PositionLoad:
+    """Return the gravity of an axis."""
+    known = (axis.truth[f"gravity_{name}"] for name in ("sine", "cosine"))
+    return PositionLoad(harmonics=(LoadHarmonic(1.0, *known),))
+
+
+def ramps_of(
+    truth: dict[str, float],
+    load: PositionLoad,
+    ramps: Ramps | None = None,
+    laws: AxisLaws | None = None,
+    seed: int = 1,
+) -> MotionRecord:
+    """Return ramps of an axis over +-0.6 rad; the breakaway is RATIO times the Coulomb friction."""
+    strength = RATIO * truth["coulomb"]
+    axis = AxisParameters(
+        truth["inertia"], truth["viscous"], truth["coulomb"], strength, encoder_step=COUNT
+    )
+    axis = axis if laws is None else axis._replace(laws=laws)
+    ramps = ramps or Ramps(strength, 400, 2e-3 * strength, span=0.6)
+    position, effort = play(axis, ramps, 120_000, seed, load)
+    time = np.arange(position.size) * PERIOD
+    return make_record("ramps", time, position, effort, COUNT, 0.0)
+
+
+def declared(bench: Bench, most: float | None = None) -> Bench:
+    size = None if most is None else Quantity(most, unit="N m")
+    return msgspec.structs.replace(bench, load=LoadTerms(("offset", "gravity"), most=size))
+
+
+def identify(records: list[MotionRecord], bench: Bench) -> Identification:
+    return identify_records(records, [], bench, DEFAULT, USUAL)
+
+
+@cache
+def heavy(seed: int) -> tuple[Loaded, MotionRecord]:
+    """Return an axis with gravity that the bench does not declare, and its ramps."""
+    axis = loaded_axis(seed, "gravity", known=False)
+    return axis, ramps_of(axis.truth, gravity_of(axis))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_ramps_whose_breakaway_varies_leave_the_gravity_of_a_sliding_log(seed: int) -> None:
+    """Friction over position is no reason to take gravity out of the model."""
+    axis = loaded_axis(seed, "gravity", known=False)
+    ramps = ramps_of(axis.truth, gravity_of(axis), laws=AxisLaws(shape=TILTED))
+    found = identify([axis.record, ramps], axis.bench)
+    assert found.ramp is not None
+    law = found.ramp.by_position
+    assert law is not None
+    assert law.common
+    middle = 0.5 * (law.low + law.high)
+    for name in ("inertia", "viscous", "coulomb"):
+        one = found.identified[name]
+        assert one.low <= axis.truth[name] <= one.high, name
+    assert found.laws is not None
+    assert found.laws.load is not None
+    assert found.laws.load.gravity is not None
+    mean = RATIO * axis.truth["coulomb"] * (1.0 + TILT * middle)
+    one = found.identified["breakaway"]
+    assert one.low <= mean <= one.high
+    assert one.half_width < 0.05 * mean
+    assert not any("breakaway" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_ramps_alone_separate_a_declared_gravity_from_the_breakaway(seed: int) -> None:
+    axis, ramps = heavy(seed)
+    truth = RATIO * axis.truth["coulomb"]
+    (warning,) = identify([ramps], axis.bench).warnings
+    assert "explains these ramps as well; declare load.terms" in warning
+    assert len(warning) <= MESSAGE_LENGTH
+    found = identify([ramps], declared(axis.bench))
+    one = found.identified["breakaway"]
+    assert one.low <= truth <= one.high
+    assert one.half_width < 0.05 * truth
+    assert not found.warnings
+    assert found.ramp is not None
+    assert found.ramp.friction == pytest.approx(truth, rel=0.03)  # without gravity, at each onset
+
+
+def test_ramps_in_one_direction_need_the_largest_load() -> None:
+    axis, ramps = heavy(1)
+    half = slice(0, int(np.argmax(ramps.position)))
+    forward = make_record(
+        "up", ramps.time[half], ramps.position[half], ramps.effort[half], COUNT, 0.0
+    )
+    mechanics = msgspec.structs.replace(axis.bench.mechanics, offset=Quantity(0.0, unit="N m"))
+    bench = msgspec.structs.replace(axis.bench, mechanics=mechanics)
+    with pytest.raises(
+        UnusableLogs, match=r"cannot separate the breakaway from .* gravity"
+    ) as error:
+        identify([forward], declared(bench))
+    assert len(str(error.value)) <= MESSAGE_LENGTH
+    most = 1.1 * float(np.hypot(*gravity_of(axis).harmonics[0][1:]))
+    one = identify([forward], declared(bench, most)).identified["breakaway"]
+    truth = RATIO * axis.truth["coulomb"]
+    assert one.low <= truth <= one.high
+    assert 0.8 * most < one.half_width < 1.5 * most
+
+
+def test_the_uncertainty_of_the_subtracted_load_widens_the_interval() -> None:
+    """In one direction it adds to the breakaway; in both, at the same positions, it cancels."""
+    axis, ramps = heavy(2)
+    half = slice(0, int(np.argmax(ramps.position)))
+    forward = make_record(
+        "up", ramps.time[half], ramps.position[half], ramps.effort[half], COUNT, 0.0
+    )
+    known = {
+        name: Interval(axis.truth[name], axis.truth[name], axis.truth[name])
+        for name in ("inertia", "viscous", "coulomb")
+    } | {"offset": Interval(0.0, 0.0, 0.0)}
+    gravity = gravity_of(axis)
+    sharp, vague = (
+        NO_LOAD,
+        OnsetLoad(errors=((PositionLoad(harmonics=(LoadHarmonic(1.0, 0.0, 1.0),)),) * 2,)),
+    )
+    widths = [
+        [
+            breakaway(
+                [replace(one, effort=one.effort - gravity.at(one.position))],
+                axis.bench,
+                known,
+                0.95,
+                load=load,
+            ).interval.half_width
+            for load in (sharp, vague)
+        ]
+        for one in (forward, ramps)
+    ]
+    assert widths[0][1] > widths[0][0] + 0.2
+    assert widths[1][1] < widths[1][0] + 0.1
+
+
+@pytest.mark.parametrize("number", [60.0, 160.0])
+def test_a_ripple_that_the_windows_hide_widens_the_interval_of_local_ramps(number: float) -> None:
+    axis = loaded_axis(4, "", known=False)
+    amplitude = 0.08 * axis.truth["coulomb"]
+    ripple = PositionLoad(harmonics=(LoadHarmonic(number, amplitude, 0.0),))
+    record = replace(axis.record, effort=axis.record.effort + ripple.at(axis.record.position))
+    fit = run(DEFAULT, [record], axis.bench, USUAL)
+    found = missing_ripples(fit, [record], axis.bench, USUAL)
+    assert any(one.number == pytest.approx(number, abs=0.5) for one in found)
+
+
+def test_no_ripple_is_missing_where_none_acts() -> None:
+    for seed in (1, 2, 3, 4):
+        axis = loaded_axis(seed, "", known=False)
+        fit = run(DEFAULT, [axis.record], axis.bench, USUAL)
+        assert missing_ripples(fit, [axis.record], axis.bench, USUAL) == ()
