@@ -13,7 +13,7 @@ import pytest
 
 from frictool.engine.axis_motion import advance
 from frictool.identify.breakaway import onset_friction
-from frictool.identify.breakaway.breakaway import Breakaway, BreakawayOverPosition, breakaway
+from frictool.identify.breakaway.breakaway import Breakaway, breakaway
 from frictool.identify.breakaway.onset_detection import find_onsets, is_ramp, why_unusable
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.identification import identify_records
@@ -243,21 +243,3 @@ def test_the_place_of_rest_is_uncertain_to_either_side(tmp_path: Path) -> None:
     found = mass_ramps(MASS, 1, tmp_path).interval
     assert found.high - found.value > 2.0 * RATE * 1e-3
     assert found.value - found.low > 2.0 * RATE * 1e-3
-
-
-@pytest.mark.parametrize(
-    ("forward", "backward", "slope"),
-    [
-        ((11.3, 0.9), (12.8, -0.9), 0.9),  # a spring of 0.9 N m/rad
-        ((11.3, 0.9), (12.8, 0.9), None),  # friction that rises with position
-        ((11.3, 0.9), (12.8, 0.1), None),
-    ],
-)
-def test_a_load_is_told_from_friction_over_position(
-    forward: tuple[float, ...], backward: tuple[float, ...], slope: float | None
-) -> None:
-    """A load adds to the breakaway in one direction and reduces it in the other."""
-    none = Interval.around(12.0, 1.0)
-    law = BreakawayOverPosition(0.6, 1.0, none, none, (forward, backward), ((), ()), common=False)
-    found = law.load_slope()
-    assert found is None if slope is None else found == pytest.approx(slope)

@@ -126,9 +126,9 @@ def rig(unit: str, scale: float = 1.0, direction: int = 1, *, reference: bool = 
     [
         ("position", rig("count"), "encoder.direction: -1 in the bench (found: 1)"),
         ("position", rig("count", direction=-1), "encoder.direction: 1 in the bench (found: -1)"),
-        ("position", rig("deg", 2.0), "columns.position.scale: -2 in the bench (found: 2)"),
+        ("position", rig("deg", 2.0), "columns.position.scale: -2 in the bench"),
         ("position", rig("deg", direction=-1), "columns.position.scale: -1 in the bench"),
-        ("effort", rig("deg"), "columns.current.scale: -0.5 in the bench (found: 0.5)"),
+        ("effort", rig("deg"), "columns.current.scale: -0.5 in the bench"),
         ("position or effort", rig("deg"), "columns.position.scale: -1 in the bench"),
         # position and reference must not contradict each other afterwards
         ("position or effort", rig("deg", reference=True), "columns.current.scale: -0.5"),

@@ -272,7 +272,7 @@ def test_a_reversed_encoder_is_named(logs: tuple[Log, Log]) -> None:
     reversed_log = replace(logs[1], streams=(replace(stream, signals=signals),))
     step = next_step(BELT, [reversed_log], passing)
     assert step.name == "direction"
-    assert "set columns.position.scale: -1 in the bench (found: 1)" in step.why
+    assert "set columns.position.scale: -1 in the bench" in step.why
 
 
 def test_a_narrowed_bench_has_the_intervals_of_the_logs(logs: tuple[Log, Log]) -> None:

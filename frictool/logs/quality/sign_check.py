@@ -59,7 +59,7 @@ class SignCheck:
         if self.work is not None and self.work <= -CLEAR:
             finding = (
                 f"the effort takes energy from the axis ({100 * self.work:.0f} % of the work), "
-                "which is impossible with friction"
+                "impossible with friction"
             )
         else:
             finding = "velocity and change of position have opposite signs"
@@ -129,8 +129,7 @@ def reversal(name: str, bench: Bench | None) -> str:
     if channel == "position" and counted:
         direction = bench.encoder.direction
         return f"set encoder.direction: {-direction} in the bench (found: {direction})"
-    scale = columns[channel].scale
-    return f"set columns.{channel}.scale: {-scale:.12g} in the bench (found: {scale:.12g})"
+    return f"set columns.{channel}.scale: {-columns[channel].scale:.12g} in the bench"
 
 
 def _window(position: Vector) -> int:
