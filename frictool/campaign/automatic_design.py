@@ -11,13 +11,14 @@ specified one. Each of them starts from the design of the previous search.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from msgspec import structs
 
 from frictool.campaign.draws.default_scenario import response_time
 from frictool.campaign.played_design import DesignTest, longest_step_of
+from frictool.campaign.search_findings import CandidateExamination, SearchFindings
 from frictool.campaign.trials.controller_judge import PlantValues
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import FeedforwardDesign, ProfileDesign
@@ -35,7 +36,7 @@ from frictool.synth.search.lpv_cascade import LPV_CASCADE
 from frictool.synth.search.pi_cascade import PI_CASCADE
 from frictool.synth.search.played_search import CandidateSearch, FamilyOutcome
 from frictool.synth.search.played_tests import PlayedTests
-from frictool.synth.search.position_blocks import fastest_filter
+from frictool.synth.search.position_blocks import RELEASE, fastest_filter
 from frictool.synth.synthesis import require_identified, synthesise
 
 FAMILIES = (PI_CASCADE, COMPENSATED_CASCADE, LPV_CASCADE)
@@ -70,10 +71,12 @@ EXTREMES: tuple[PlantValues, ...] = (
 class AutomaticDesign(ResultView):
     """Outcomes of the searched families (controllers of one structure), in the order of the search.
 
-    Only the last outcome may contain a design that meets the specification.
+    Only the last outcome may contain a design that meets the specification. `findings`: findings on
+    the candidates if there is no such design.
     """
 
     outcomes: tuple[FamilyOutcome, ...]
+    findings: SearchFindings | None = None
 
     @property
     def passed(self) -> bool:
@@ -86,6 +89,14 @@ class AutomaticDesign(ResultView):
         best = self.outcomes[-1].best
         assert best is not None
         return best.design
+
+
+class SearchInterruptedError(KeyboardInterrupt):
+    """Interruption of a search; `found` contains the outcomes up to then."""
+
+    def __init__(self, found: AutomaticDesign) -> None:
+        super().__init__()
+        self.found = found
 
 
 def design_automatically(
@@ -114,6 +125,8 @@ def design_automatically(
     ------
     FrictoolError
         If no controller can be designed for the documents.
+    SearchInterruptedError
+        If a KeyboardInterrupt ends the search.
     """
     model, spec = test.model, test.spec
     require_identified(model)
@@ -123,21 +136,20 @@ def design_automatically(
     scales = design_scales(model, spec, length, response_time(model, spec))
     kept = _kept_blocks(spec, wishes)
     families = [_with_blocks(family, kept) for family in FAMILIES]
+    if not scales.releases:
+        families = [_without(RELEASE, family) for family in families]
     first = families[0]
     check_feasible(model, spec, first.design(scales, first.values(first.starts[0])))
     slowness = scales.dead_time + 1.0 / fastest_filter(scales)
     check_played_step(model, spec, length, slowness)
     tests = _tests(test)
     search = _Search(test, tests, scales, CandidateControllers(model, spec), progress)
-    outcomes = []
-    for family in families:
-        outcomes.append(search.of(family).run(progress))
-        if outcomes[-1].passed:
-            return AutomaticDesign(tuple(outcomes))
-    near = [(one.best.largest_missing, k) for k, one in enumerate(outcomes) if one.best is not None]
-    if spec.response_time_95_s is not None and near and min(near)[0] <= CONTINUABLE:
-        outcomes += search.continued(families[min(near)[1]])
-    return AutomaticDesign(tuple(outcomes))
+    searches = [search.of(family) for family in families]
+    try:
+        return search.first_found(searches)
+    except KeyboardInterrupt:
+        outcomes = [one.outcome() for one in searches if one.tried]
+        raise SearchInterruptedError(AutomaticDesign(tuple(outcomes))) from None
 
 
 @dataclass(frozen=True)
@@ -147,6 +159,27 @@ class _Search:
     scales: DesignScales
     controllers: CandidateControllers
     progress: Callable[[str], None]
+
+    def first_found(self, searches: Sequence[CandidateSearch]) -> AutomaticDesign:
+        """Return the outcomes of the searches, up to the first one with a design that passed."""
+        outcomes = []
+        for one in searches:
+            outcomes.append(one.run(self.progress))
+            if outcomes[-1].passed:
+                return AutomaticDesign(tuple(outcomes))
+        near = [(one.least_missing, k) for k, one in enumerate(outcomes)]
+        if self.test.spec.response_time_95_s is not None and min(near)[0] <= CONTINUABLE:
+            outcomes += self.continued(searches[min(near)[1]].family)
+        if outcomes[-1].passed:
+            return AutomaticDesign(tuple(outcomes))
+        self.progress("search: nearest candidates, with all plants")
+        examination = CandidateExamination(self.test, self.tests, self.controllers)
+        findings = examination.findings([one for outcome in outcomes for one in outcome.trade])
+        if findings.accepted:
+            outcomes.append(
+                replace(_family_of(findings, outcomes), best=findings.best, passed=True)
+            )
+        return AutomaticDesign(tuple(outcomes), findings)
 
     def of(self, family: CandidateFamily) -> CandidateSearch:
         return CandidateSearch(
@@ -190,6 +223,12 @@ class _Search:
         return [outcome]
 
 
+def _family_of(findings: SearchFindings, outcomes: Sequence[FamilyOutcome]) -> FamilyOutcome:
+    assert findings.best is not None
+    point = findings.best.point
+    return next(one for one in outcomes if any(each.point is point for each in one.trade))
+
+
 def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
     kept: dict[str, object] = {}
     if wishes is not None:
@@ -213,6 +252,11 @@ def _with_blocks(family: CandidateFamily, kept: Mapping[str, object]) -> Candida
     )
 
 
+def _without(names: Collection[str], family: CandidateFamily) -> CandidateFamily:
+    searched = tuple(one for one in family.parameters if one.name not in names)
+    return replace(family, parameters=searched)
+
+
 def _verify(test: DesignTest, design: Design) -> None:
     synthesise(test.model, test.spec, design, vertices_only=True)
 
@@ -229,6 +273,7 @@ def _tests(test: DesignTest) -> PlayedTests:
         test.judges_of_others(short, spec),
         lambda controller, whole: test.worst_at_places(at_places, controller, whole),
         _hard(test),
+        len(test.plants),
     )
 
 

@@ -33,9 +33,10 @@ as it will run.
 Without --design, or with `method: auto`, the command searches the simplest controller that meets
 the specification in simulation, with a reserve of 5 % (none for oscillations, drive and rest). It
 writes the design of this controller with a comment on each value. That design can be changed and
-passed with --design. If no design is found, the message states the requirement that the best
-candidate misses and the best values of all candidates, and the exit code is 4. A controller may
-exist nevertheless.
+passed with --design. If no design is found, the exit code is 4, and the message states the values
+of the best candidate on all plants, with step and plant of each missed requirement. It suggests to
+relax a limit only if a simulated candidate then meets everything. A controller may exist
+nevertheless. A search that is interrupted prints the values of its best candidate.
 
 \b
 Methods (`method` of the design), and the use of each:

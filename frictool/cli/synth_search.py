@@ -83,11 +83,13 @@ def search_design(
     """Search for a design that meets the requirements; write the design and a figure of the search.
 
     `wishes`: design with method `auto`, if the user provides one. Raises NoSolutionError if no
-    design meets the requirements.
+    design meets the requirements. If the search is interrupted, the values of the best candidate
+    are printed, and nothing is written.
     """
-    from frictool.campaign.automatic_design import design_automatically
+    from frictool.campaign.automatic_design import SearchInterruptedError, design_automatically
     from frictool.campaign.views.search_view import (
         design_line,
+        interruption_lines,
         refusal,
         refusal_lines,
         search_json,
@@ -95,7 +97,11 @@ def search_design(
     from frictool.errors import NoSolutionError
     from frictool.synth.search.design_text import design_text
 
-    found = design_automatically(test, search_progress(), wishes)
+    try:
+        found = design_automatically(test, search_progress(), wishes)
+    except SearchInterruptedError as stopped:
+        note("\n".join(["", *interruption_lines(stopped.found, test)]))
+        raise
     if outputs.plot is not None:
         from frictool.campaign.views.search_picture import search_picture  # loads matplotlib
 

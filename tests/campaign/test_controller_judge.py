@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictool.campaign import ControllerJudge, plants_of_model
-from frictool.campaign.trials.controller_judge import relative_reserve
+from frictool.campaign.trials.controller_judge import PlayedVerdict, relative_reserve
 from frictool.campaign.trials.trials import MetricLimit
 from frictool.errors import FrictoolError
 from frictool.report.verdict import judge
@@ -61,6 +61,40 @@ def test_some_plants_have_the_figures_that_they_have_among_all() -> None:
         assert one.reserve == np.nanmin(verdict.reserves[:, index])
         assert one.value == verdict.values[one.plant, index]
     assert verdict.reserve == np.nanmin(verdict.reserves)
+
+
+def test_a_simulation_ends_with_the_plant_that_decides_it() -> None:
+    model, by = clutch_model(), truthful(controller())
+    test = scenario(40.0)
+    every = ControllerJudge(model, test, SPEC, plants_of_model(model, test))
+    verdict = every(by)
+    numbers: list[int] = []
+
+    def ends(so_far: PlayedVerdict) -> bool:
+        numbers.append(len(so_far.plants))
+        return len(so_far.plants) == 3
+
+    few = every(by, only=(5, 1, 9, 2), until=ends)
+    assert numbers == [1, 2, 3]
+    assert few.plants == (5, 1, 9)
+    np.testing.assert_array_equal(few.values, verdict.values[[5, 1, 9]])
+    np.testing.assert_array_equal(few.met, verdict.met[[5, 1, 9]])
+
+
+def test_the_step_of_a_worst_value_is_located() -> None:
+    """The value of the located requirement is that of the plant."""
+    model, by = clutch_model(), truthful(controller())
+    test = scenario(40.0)
+    every = ControllerJudge(model, test, SPEC, plants_of_model(model, test))
+    verdict = every(by, only=(4,))
+    for column, one in enumerate(every.located(by, 4)):
+        assert one.value == verdict.values[0, column]
+        assert one.where is not None
+    response = every.located(by, 4)[0]
+    assert response.key == "response_time_95_s"
+    assert response.where is not None
+    assert response.where.step == 1
+    assert response.where.time_s == pytest.approx(0.0)
 
 
 def test_a_plant_that_cannot_be_simulated_is_named_and_the_others_are_judged() -> None:

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
 from frictool.campaign.automatic_design import FAMILIES, _kept_blocks, _with_blocks
+from frictool.campaign.trials.controller_judge import ControllerJudge
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import FeedforwardDesign, PrefilterDesign, ProfileDesign
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.documents.weights import Weights
+from frictool.errors import EXIT_INTERRUPTED
 from frictool.synth.search.design_scales import design_scales
 from frictool.synth.search.pi_cascade import PI_CASCADE
 from studies.command_line import run
@@ -104,8 +108,40 @@ def test_a_requirement_that_no_candidate_reaches_is_named_with_the_trade(
     assert told["reason"] in done.stderr
     assert told["details"][0] == "searched: PI cascade, 15 candidates"
     assert told["details"][1].startswith("bound: at its limit, the drive needs 10")
+    assert told["details"][2] == "best candidate, on 73 of 73 plants:"
+    (response,) = (one for one in told["details"] if one.startswith("  response 95 % "))
+    where = re.search(
+        r"\(specified <= 0.115 s\), missed: (step [1-4] to .* rad, v\d\d.*)", response
+    )
+    assert where is not None
+    assert f"({where[1]})" in told["reason"]
     reached = {one["key"]: one["best"] for one in told["search"]["reached"]}
     assert 0.1 < reached["response_time_95_s"] < 0.35
+
+
+def test_an_interrupted_search_prints_the_values_of_its_best_candidate(
+    spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec.write_text(EASY.replace("_95_s: 0.35", "_95_s: 0.115"))
+    played: list[object] = []
+    simulate = ControllerJudge._played
+
+    def interrupted(judge: ControllerJudge, *arguments: Any) -> Any:
+        played.append(arguments)
+        if len(played) > 30:
+            raise KeyboardInterrupt
+        return simulate(judge, *arguments)
+
+    monkeypatch.setattr(ControllerJudge, "_played", interrupted)
+    controller, picture = tmp_path / "controller.yaml", tmp_path / "trade.svg"
+    done = run(*_synth(spec, "-o", controller, "--plot", picture, "--json"))
+    assert done.code == EXIT_INTERRUPTED
+    assert done.stdout == ""
+    assert list(tmp_path.iterdir()) == [spec]
+    assert "searched: PI cascade, 8 candidates\nbest candidate, on 4 of 73 plants:\n" in done.stderr
+    assert re.search(r"\n  response 95 % .* \(specified <= 0.115 s\), missed\n", done.stderr)
+    assert re.search(r"\n  peak drive .* A \(specified <= 50 A\)\n", done.stderr)
+    assert done.stderr.endswith("\ninterrupted\n")
 
 
 @pytest.mark.parametrize(

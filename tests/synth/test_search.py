@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import structs
 
+from frictool.campaign.automatic_design import _without
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
+from frictool.documents.metric_table import Rest
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
 from frictool.synth.search.candidate_controller import CandidateControllers
+from frictool.synth.search.candidate_evolution import evolve
 from frictool.synth.search.compensated_cascade import COMPENSATED_CASCADE
-from frictool.synth.search.design_scales import DesignScales, design_scales
+from frictool.synth.search.design_scales import DesignScales, design_scales, may_release
 from frictool.synth.search.design_text import design_text
 from frictool.synth.search.lpv_cascade import LPV_CASCADE
+from frictool.synth.search.nearest_text import nearest_words
 from frictool.synth.search.pi_cascade import PI_CASCADE
-from frictool.synth.search.played_search import Candidate, CandidateSearch
+from frictool.synth.search.played_search import Candidate, CandidateSearch, PlayedExtent
 from frictool.synth.search.played_tests import (
     FAILED,
     RESERVE,
@@ -33,7 +39,11 @@ from frictool.synth.search.played_tests import (
     shortfall,
     shortfalls,
 )
+from frictool.synth.search.position_blocks import RELEASE
+from frictool.typing import Vector
 from studies.rigs.clutch_model import ROOT, clutch_model
+from tests.support.sprung_valve import SPEC as SPRUNG
+from tests.support.sprung_valve import parsed, valve
 
 SPEC = load(ROOT / "configs/clutch/spec.yaml", Spec)
 KEYS = ("response_time_95_s", "static_error", "oscillations", "rest")
@@ -133,18 +143,28 @@ def test_a_static_error_below_one_count_is_refused() -> None:
 
 @dataclass
 class Judge:
-    """Judge that wants the damping of the prefilter, on plant 5 a larger one."""
+    """Judge that requires a damping of the prefilter, on plant 5 a larger one."""
 
+    least: float = 0.9
     played: list[tuple[int, ...]] = field(default_factory=list)
 
-    def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> JudgedRuns:
+    def __call__(
+        self,
+        controller: Controller,
+        only: Sequence[int] | None = None,
+        until: Callable[[JudgedRuns], bool] | None = None,
+    ) -> JudgedRuns:
         plants = tuple(range(6) if only is None else only)
-        self.played.append(plants)
         assert controller.prefilter is not None
         found = controller.prefilter.damping
-        reserves = [[found - (1.0 if plant == 5 else 0.9), 1.0, 1.0, 0.0] for plant in plants]
-        made: JudgedRuns = runs(reserves, [[int(row[0] >= 0.0), 1, 1, 1] for row in reserves])
-        made.plants = plants  # type: ignore[misc] # a simple namespace
+        for number in range(1, len(plants) + 1):
+            some = plants[:number]
+            reserves = [[found - self.least - 0.1 * (plant == 5), 1.0, 1.0, 0.0] for plant in some]
+            made: JudgedRuns = runs(reserves, [[int(row[0] >= 0.0), 1, 1, 1] for row in reserves])
+            made.plants = some  # type: ignore[misc] # a simple namespace
+            if until is not None and until(made):
+                break
+        self.played.append(some)
         return made
 
 
@@ -154,7 +174,7 @@ def test_a_plant_on_which_a_candidate_fails_joins_the_screen(scales: DesignScale
     search = CandidateSearch(
         PI_CASCADE,
         scales,
-        PlayedTests(screen, short, whole, (others,), lambda controller, runs: (), (0, 1)),
+        PlayedTests(screen, short, whole, (others,), lambda controller, runs: (), (0, 1), 6),
         CandidateControllers(model, SPEC),
         lambda design: None,
     )
@@ -165,9 +185,38 @@ def test_a_plant_on_which_a_candidate_fails_joins_the_screen(scales: DesignScale
     assert outcome.best.design.prefilter is not None
     assert outcome.best.design.prefilter.damping >= 1.0 + RESERVE
     assert screen.played[0] == (0, 1)
-    assert screen.played[-1] == (0, 1, 5)
+    assert sorted(screen.played[-1]) == [0, 1, 5]
     assert len(whole.played) == len(others.played) == 1
+    # the plant that failed last is played first
+    joined = next(k for k, plants in enumerate(screen.played) if 5 in plants)
+    assert all(plants[0] == 5 for plants in screen.played[joined:])
     assert len(short.played) < len(screen.played)
+
+
+def test_a_test_stops_with_the_plant_that_makes_a_candidate_worse_than_its_parent(
+    scales: DesignScales,
+) -> None:
+    """No damping meets the requirement, so that only the first 18 candidates have no parent."""
+    family = replace(PI_CASCADE, candidates=60)
+    screen = Judge(least=5.0)
+    search = CandidateSearch(
+        family,
+        scales,
+        PlayedTests(screen, Judge(), Judge(), (), lambda controller, runs: (), (0, 1), 6),
+        CandidateControllers(clutch_model(), SPEC),
+        lambda design: None,
+    )
+    outcome = search.run(lambda step: None)
+    assert not outcome.passed
+    lengths = [len(plants) for plants in screen.played]
+    assert lengths[:20] == [2] * 20
+    assert lengths[20:60].count(1) > 10
+    dampings = [one.design.prefilter.damping for one in outcome.trade if one.design.prefilter]
+    stopped = [one.extent == PlayedExtent.NONE for one in outcome.trade]
+    assert stopped == [length == 1 for length in lengths]
+    assert outcome.best is not None
+    assert outcome.best.design.prefilter is not None
+    assert outcome.best.design.prefilter.damping == max(dampings)
 
 
 def test_figures_of_a_candidate_are_the_worst_of_all_tests(scales: DesignScales) -> None:
@@ -181,6 +230,7 @@ def test_figures_of_a_candidate_are_the_worst_of_all_tests(scales: DesignScales)
             values=np.array([[1.0 - reserve] for reserve in reserves]),
             reserves=np.array([[reserve] for reserve in reserves]),
             met=np.array([[int(reserve >= 0.0)] for reserve in reserves]),
+            failed={},
         )
 
     searched = Candidate(design, np.zeros(9), (played(0.0), played(0.0, 1.0)))
@@ -197,9 +247,75 @@ def test_a_candidate_that_is_not_verified_is_no_result(scales: DesignScales) -> 
         raise NoSolutionError("not verified: for the test")
 
     family = type(PI_CASCADE)(PI_CASCADE.name, PI_CASCADE.parameters, PI_CASCADE.design, 40)
-    tests = PlayedTests(Judge(), Judge(), Judge(), (Judge(),), lambda controller, runs: (), (0,))
+    tests = PlayedTests(Judge(), Judge(), Judge(), (Judge(),), lambda controller, runs: (), (0,), 6)
     search = CandidateSearch(family, scales, tests, CandidateControllers(model, SPEC), refuse)
     outcome = search.run(lambda step: None)
     assert not outcome.passed
     assert outcome.candidates == 60
     assert outcome.refusals == ("not verified: for the test",)
+
+
+def test_a_bound_above_the_parent_changes_no_point_of_the_evolution() -> None:
+    """The candidates are the same if the value of a worse child is only a lower bound."""
+    points: dict[bool, list[list[float]]] = {True: [], False: []}
+
+    def objective(bounded: bool, unit: Vector, parent: float) -> float:
+        if len(points[bounded]) == 600:
+            raise RuntimeError("enough")
+        points[bounded].append(unit.tolist())
+        value = float(((unit - 0.3) ** 2).sum() + 0.1 * np.abs(np.sin(20.0 * unit)).sum())
+        return min(value, np.nextafter(parent, np.inf)) if bounded else value
+
+    start = np.random.Generator(np.random.PCG64(7)).uniform(size=(18, 6))
+    for bounded in (True, False):
+        with pytest.raises(RuntimeError, match="enough"):
+            evolve(partial(objective, bounded), start, np.random.Generator(np.random.PCG64(1)))
+    assert points[True] == points[False]
+    assert np.abs(np.array(points[True][-18:]) - 0.3).max() < 0.15  # near the minimum
+    assert 0.0 <= np.min(points[True]) <= np.max(points[True]) <= 1.0
+
+
+def test_a_candidate_played_on_all_plants_is_nearer_than_one_on_few(scales: DesignScales) -> None:
+    design = PI_CASCADE.design(scales, PI_CASCADE.values(PI_CASCADE.starts[0]))
+
+    def candidate(reserve: float, extent: PlayedExtent, plants: int) -> Candidate:
+        made = runs([[reserve, 1.0, 1.0, 0.0]] * plants, [[int(reserve >= 0.0), 1, 1, 1]] * plants)
+        for metric in made.metrics:
+            metric.name, metric.unit, metric.relation = metric.key, "s", "<="
+        made.values[:, 0] = 1.0 - reserve
+        return Candidate(design, np.zeros(9), (made,), extent)
+
+    few = candidate(-0.02, PlayedExtent.FEW, 4)
+    every = candidate(-0.24, PlayedExtent.ALL, 73)
+    stopped = candidate(-0.01, PlayedExtent.NONE, 1)
+    assert min(few, every, stopped, key=lambda one: one.distance) is every
+    assert min(few, stopped, key=lambda one: one.distance) is few
+    assert nearest_words(every, 73, RESERVE) == (
+        "response time 95 s 1.24 s (specified <= 1 s), on 73 of 73 plants"
+    )
+    met = candidate(0.01, PlayedExtent.ALL, 73)
+    assert nearest_words(met, 73, RESERVE) == (
+        "every limit met, not with the reserve of 5 %, on 73 of 73 plants"
+    )
+    assert nearest_words(met, 73, 0.0) == "every limit met, on 73 of 73 plants"
+
+
+def test_a_drive_that_must_hold_the_load_stays_on() -> None:
+    """The spring needs 14.5 N m at the end of the travel, and the breakaway is 12 N m."""
+    spec = parsed(SPRUNG, Spec)
+    weak, strong = valve(0.88, 0.88, 0.88), valve(8.9, 8.9, 8.9)
+    assert may_release(weak, spec)
+    assert not may_release(strong, spec)
+    # 4 N m/A: 3 A do not hold 14.5 N m, but 4 A do
+    for drive, may in ((3.0, True), (4.0, False)):
+        limited = structs.replace(spec, rest=Rest(after_s=1.0, drive=drive))
+        assert may_release(strong, limited) is may
+    scales = design_scales(strong, spec, 1.0, 0.5)
+    family = _without(RELEASE, PI_CASCADE)
+    law = family.design(scales, family.values(family.starts[0])).position_law
+    assert law is not None
+    assert (law.action, law.rest_speed, law.settled_speed) == ("none", None, None)
+    released = design_scales(weak, spec, 1.0, 0.5)
+    law = PI_CASCADE.design(released, PI_CASCADE.values(PI_CASCADE.starts[0])).position_law
+    assert law is not None
+    assert law.action == "brake"

@@ -10,7 +10,7 @@ noise are the same for all candidates, so that their results can be compared.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +31,7 @@ from frictool.documents.quantity import Quantity, si_unit
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
+from frictool.report.requirement import Requirement
 from frictool.report.worst_hold import limit_of
 from frictool.runtime.object_view import ResultView
 from frictool.simulate.axis_variants import breakaway_at, parameters_of, variants_of
@@ -192,7 +193,12 @@ class ControllerJudge:
             if getattr(spec, key) is not None
         )
 
-    def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> PlayedVerdict:
+    def __call__(
+        self,
+        controller: Controller,
+        only: Sequence[int] | None = None,
+        until: Callable[[PlayedVerdict], bool] | None = None,
+    ) -> PlayedVerdict:
         """Return the results of a controller on the plants.
 
         Parameters
@@ -200,7 +206,10 @@ class ControllerJudge:
         controller : Controller
             The candidate.
         only : sequence of int, optional
-            Indices of the plants to simulate; by default all.
+            Indices of the plants to simulate, in this order; by default all.
+        until : callable, optional
+            Function that is called after each plant with the results up to this plant. If it
+            returns True, the remaining plants are not simulated.
 
         Raises
         ------
@@ -208,12 +217,31 @@ class ControllerJudge:
             If plant, controller and scenario do not fit together.
         """
         chosen = tuple(range(len(self.scenarios)) if only is None else only)
-        setting = CampaignSetting(
-            self.plant, controller, self.scenarios[0], self.spec, None, DocumentNames(), self.number
-        )
-        judge = ScenarioJudge(setting)
+        judge = self._judge_of(controller)
         judge.test.reference(self.scenarios[0])  # raises the errors that do not depend on the plant
-        return self._verdict(chosen, [self._played(judge, plant) for plant in chosen])
+        trials: list[TrialResult] = []
+        for number, plant in enumerate(chosen, start=1):
+            trials.append(self._played(judge, plant))
+            if until is not None and until(verdict := self._verdict(chosen[:number], trials)):
+                return verdict
+        return self._verdict(chosen, trials)
+
+    def located(self, controller: Controller, plant: int) -> tuple[Requirement, ...]:
+        """Return the requirements of one plant, with the step in which each value is worst."""
+        return self._judge_of(controller).judged(self.scenarios[plant])
+
+    def _judge_of(self, controller: Controller) -> ScenarioJudge:
+        return ScenarioJudge(
+            CampaignSetting(
+                self.plant,
+                controller,
+                self.scenarios[0],
+                self.spec,
+                None,
+                DocumentNames(),
+                self.number,
+            )
+        )
 
     def _played(self, judge: ScenarioJudge, plant: int) -> TrialResult:
         try:

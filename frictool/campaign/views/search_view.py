@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from frictool.adapters.drive_bound import drive_bound
 from frictool.adapters.model_polytope import polytope
 from frictool.campaign.automatic_design import AutomaticDesign
 from frictool.campaign.played_design import DesignTest, longest_step_of
+from frictool.campaign.search_findings import SearchFindings, others_missed
 from frictool.documents.metric_table import requirement_title
-from frictool.synth.search.played_search import Candidate, FamilyOutcome
+from frictool.synth.search.nearest_text import distinguished, number_words, value_words
+from frictool.synth.search.played_search import Candidate, FamilyOutcome, PlayedExtent
 from frictool.synth.search.played_tests import RESERVE
 
 
@@ -21,7 +24,8 @@ class ReachedValue(NamedTuple):
     tested with few plants.
 
     `alone`: best value of all candidates.
-    `together`: best value of the candidates that meet all other requirements, or None.
+    `together`: best value of the candidates that meet all other requirements on all plants of the
+    shortened test, or None.
     """
 
     key: str
@@ -51,19 +55,19 @@ def refusal(found: AutomaticDesign) -> str:
     refusals = [reason for one in found.outcomes for reason in one.refusals]
     if best is None:
         reason = "no candidate can be simulated"
-    elif max(best.missing.values()) <= 0.0 and refusals:
+    elif best.largest_missing <= 0.0 and refusals:
         reason = f"the candidates that meet the specification in simulation are {refusals[-1]}"
     else:
-        reason = _missed(best)
+        reason = _missed(best, {} if found.findings is None else found.findings.places)
     return f"no design found: {reason}"
 
 
 def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """Return lines with the details if no design was found.
 
-    The lines state the number of candidates and the fastest response that the drive allows. They
-    also list the violated requirements, at least one of which must be relaxed. For each, they state
-    the best value of the candidates that meet all other requirements.
+    The lines state the number of candidates, the fastest response that the drive allows, and the
+    values of the best candidate. They also list limits of single requirements with which a
+    candidate passes every test.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
@@ -73,15 +77,40 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
         longest_step_of(test.scenario),
         None if overshoot is None else overshoot / 100.0,
     )
-    lines = [f"searched: {one.family}, {_candidates(one)}" for one in found.outcomes]
-    lines.append(f"bound: {bound.words(bench)}")
-    rows = [row for row in reached(found) if row.together is not None and row.key in TRADED]
-    broken = [row for row in rows if not _meets(row)]
-    if broken:
-        lines.append("relax one requirement, to the best value of candidates that meet all others:")
-        lines += [f"  {row.key}: {_number(row.together, row.unit)}" for row in broken]
-        lines.append("  (with the plants for which each candidate was simulated)")
-    return lines
+    findings = found.findings or SearchFindings()
+    relaxed = [
+        f"  {one.metric.key}: {number_words(one.limit, one.metric.unit)}"
+        for one in findings.relaxations
+    ]
+    head = "relax one limit; with each of these values, a candidate passes every test:"
+    none = "no candidate meets all requirements but one in every test: relax several limits"
+    return [
+        *(f"searched: {one.family}, {_candidates(one)}" for one in found.outcomes),
+        f"bound: {bound.words(bench)}",
+        *best_lines(found, test),
+        *([head, *relaxed] if relaxed else [none]),
+    ]
+
+
+def interruption_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
+    """Return lines on an interrupted search: number of candidates, values of the best candidate."""
+    searched = [f"searched: {one.family}, {_candidates(one)}" for one in found.outcomes]
+    return [*searched, *best_lines(found, test)]
+
+
+def best_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
+    """Return a line for each requirement with the value of the best candidate."""
+    best = _best(found)
+    if best is None:
+        return []
+    places = {} if found.findings is None else found.findings.places
+    lines = []
+    for metric in best.metrics:
+        value = value_words(metric, best.worst(metric))
+        broken = best.missing[metric.key] > 0.0
+        words = f"missed: {places[metric.key]}" if metric.key in places else "missed"
+        lines.append(f"  {requirement_title(metric.name)} {value}{f', {words}' if broken else ''}")
+    return [f"best candidate, on {best.plants} of {len(test.plants)} plants:", *lines]
 
 
 def search_json(found: AutomaticDesign) -> dict[str, Any]:
@@ -124,7 +153,7 @@ def _reached(metric: Any, played: list[Candidate]) -> ReachedValue:
     together = [
         value
         for one, value in known
-        if all(short <= 0.0 for key, short in one.missing.items() if key != metric.key)
+        if one.extent == PlayedExtent.ALL and not others_missed(one.missing, metric.key)
     ]
     best = min if metric.relation == "<=" else max
     return ReachedValue(
@@ -138,41 +167,22 @@ def _reached(metric: Any, played: list[Candidate]) -> ReachedValue:
     )
 
 
-def _missed(best: Candidate) -> str:
-    key = max(best.missing, key=best.missing.__getitem__)
-    first = next(one for one in best.metrics if one.key == key)
-    reached, limit = _told_apart(best.worst(first), first.limit, first.unit)
+def _missed(best: Candidate, places: Mapping[str, str]) -> str:
+    worst = best.worst_requirement
+    reached, limit = distinguished(best.worst(worst), worst.limit, worst.unit)
+    place = f" ({places[worst.key]})" if worst.key in places else ""
     return (
-        f"{requirement_title(first.name)} is {reached} for the best candidate, specified "
-        f"{first.relation} {limit}"
+        f"{requirement_title(worst.name)} is {reached} for the best candidate, specified "
+        f"{worst.relation} {limit}{place}"
     )
 
 
-def _told_apart(value: float, limit: float, unit: str) -> tuple[str, str]:
-    for digits in range(4, 17):
-        texts = _number(value, unit, digits), _number(limit, unit, digits)
-        if texts[0] != texts[1]:
-            break
-    return texts
-
-
-def _meets(row: ReachedValue) -> bool:
-    assert row.together is not None
-    return row.together <= row.limit if row.relation == "<=" else row.together >= row.limit
-
-
-TRADED = ("response_time_95_s", "rise_time_s", "overshoot_percent", "modulus_margin", "drive_peak")
-
-
 def _best(found: AutomaticDesign) -> Candidate | None:
+    if found.findings is not None and found.findings.best is not None:
+        return found.findings.best
     candidates = [one.best for one in found.outcomes if one.best is not None]
-    return min(candidates, key=lambda one: max(one.missing.values()), default=None)
+    return min(candidates, key=lambda one: one.distance, default=None)
 
 
 def _candidates(one: FamilyOutcome) -> str:
     return f"{one.candidates} candidate{'s' if one.candidates != 1 else ''}"
-
-
-def _number(value: float | None, unit: str, digits: int = 4) -> str:
-    known = value is not None and math.isfinite(value)
-    return f"{value:.{digits}g} {unit}".rstrip() if known else "none"

@@ -6,6 +6,7 @@ braking       (K limit + F)/J         deceleration of the slowest plant
 time          response_time_95_s
 length        longest step of the test
 band          largest error at rest: static_error, but at least one encoder step
+release       whether friction alone holds the axis at rest
 
 T is the sample period, `delay` the delay in samples, `lag` the time constant of the drive, K the
 effort per unit of the drive, J the inertia, F the Coulomb friction.
@@ -21,6 +22,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
+from frictool.synth.load_disturbance import disturbance
 
 STATIC_ERROR = 0.04  # width of the band without static_error, as a share of the step
 
@@ -35,6 +37,7 @@ class DesignScales:
     - braking: deceleration of the slowest plant with the drive at its limit [rad/s^2 | m/s^2]
     - friction: deceleration by Coulomb friction, F/J of the model [rad/s^2 | m/s^2]
     - band: largest position error at rest [rad | m]
+    - releases: True if the drive may be switched off at rest (`may_release`)
     """
 
     bench: Bench
@@ -45,6 +48,7 @@ class DesignScales:
     braking: float
     friction: float
     band: float
+    releases: bool
 
     @property
     def period(self) -> float:
@@ -61,7 +65,8 @@ def design_scales(model: Model, spec: Spec, step: float, response: float) -> Des
     """Return the scales of a model and a specification.
 
     `step` [rad | m] is the longest step of the test, `response` [s] its allowed response time.
-    Raises NoSolutionError if the specified static error is less than an encoder step.
+    Raises NoSolutionError if the specified static error is less than an encoder step, or if no
+    controller can hold the load (`disturbance`).
     """
     bench = model.bench
     count = bench.encoder.resolution
@@ -88,4 +93,17 @@ def design_scales(model: Model, spec: Spec, step: float, response: float) -> Des
         braking=min((point.constant * drive + point.coulomb) / point.inertia for point in vertices),
         friction=today.coulomb.value / today.inertia.value,
         band=max(band, count),
+        releases=may_release(model, spec),
     )
+
+
+def may_release(model: Model, spec: Spec) -> bool:
+    """Return True if the drive may be switched off at rest.
+
+    The breakaway friction of every plant must hold the load. If `rest` of the specification limits
+    the drive at rest to less than the load needs, the drive must be switched off in any case.
+    """
+    load = disturbance(model)
+    held = load.total == 0.0 or load.total < load.breakaway
+    constant = model.bench.actuator.constant.interval[0]
+    return held or (spec.rest is not None and constant * spec.rest.drive < load.total)

@@ -47,6 +47,11 @@ EFFECTS = {
     "recentring": "the inequalities are solved at this multiple of the smallest gamma",
     "ease": "multiple of that gamma: more gives lower gains and more margin",
 }
+# the same for a position law with `action: none`
+EFFECTS_DRIVEN = {
+    "position_law.action": "the drive stays on at rest, because the load may exceed the friction",
+    "position_law.band": "half-width in which the law is linear: more is softer at the target",
+}
 
 
 def design_text(design: Design, head: str) -> str:
@@ -55,16 +60,22 @@ def design_text(design: Design, head: str) -> str:
     head: comment above the document, of one or more lines.
     """
     lines = [f"# {line}" for line in head.splitlines()]
-    return "\n".join([*lines, *_lines(drop_unset(msgspec.to_builtins(design)), ())]) + "\n"
+    law = design.position_law
+    driven = law is not None and law.action == "none"
+    effects = {**EFFECTS, **EFFECTS_DRIVEN} if driven else EFFECTS
+    lines += _lines(drop_unset(msgspec.to_builtins(design)), (), effects)
+    return "\n".join(lines) + "\n"
 
 
-def _lines(values: Mapping[str, Any], parents: tuple[str, ...]) -> Iterator[str]:
+def _lines(
+    values: Mapping[str, Any], parents: tuple[str, ...], effects: Mapping[str, str]
+) -> Iterator[str]:
     for key, value in values.items():
         if isinstance(value, dict) and value and "value" not in value:
             yield f"{'  ' * len(parents)}{key}:"
-            yield from _lines(value, (*parents, key))
+            yield from _lines(value, (*parents, key), effects)
             continue
         pair = tree_to_yaml({key: value}).strip()  # in flow style if the value is a scalar
         text = "  " * len(parents) + (pair[1:-1] if pair.startswith("{") else pair)
-        effect = EFFECTS.get(".".join((*parents, key)))
+        effect = effects.get(".".join((*parents, key)))
         yield text if effect is None else f"{text:<{COLUMN}}  # {effect}"

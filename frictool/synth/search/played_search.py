@@ -1,32 +1,35 @@
 """Search for the parameters of a family whose controller meets a specification in simulation.
 
 To play a candidate means to simulate its controller. First, the starting points of the family are
-played. Then differential evolution (Storn and Price 1997, scipy) varies the parameters around the
-best starting point. Each requirement must be met with a reserve, a distance to the limit; the
-shortfall is the missing part of this distance. The objective is the largest shortfall of all
-requirements. A candidate is played on few plants first, and on all plants if it is promising; the
-plant with the worst result is then added to the few plants. The search ends with the first
-candidate that passes the whole test with the reserve, passes the tests with other plants without
-the reserve, and is verified. If there is no such candidate, the search continues without the
-reserve from the best candidates. The values of a candidate are the worst values of all tests in
-which the candidate was played.
+played. Then differential evolution (candidate_evolution.py) varies the parameters around the best
+starting point. Each requirement must be met with a reserve, a distance to the limit; the shortfall
+is the missing part of this distance. The objective is the largest shortfall of all requirements. A
+candidate is played on few plants first, and on all plants if it is promising; the plant with the
+worst result is then added to the few plants. A test is stopped at the plant with which the
+candidate becomes worse than the candidate that it would replace; the plants that failed last are
+played first. The search ends with the first candidate that passes the whole test with the reserve,
+passes the tests with other plants without the reserve, and is verified. If there is no such
+candidate, the search continues without the reserve from the best candidates. The values of a
+candidate are the worst values of all tests in which the candidate was played.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from enum import IntEnum
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy
 
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.errors import FrictoolError
+from frictool.synth.search.candidate_evolution import evolve
 from frictool.synth.search.candidate_family import CandidateFamily
 from frictool.synth.search.design_scales import DesignScales
+from frictool.synth.search.nearest_text import nearest_words
 from frictool.synth.search.played_tests import (
     FAILED,
     RESERVE,
@@ -51,6 +54,14 @@ CONTINUED = 0.5  # candidates without the reserve, relative to those with it
 NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
 
+class PlayedExtent(IntEnum):
+    """Largest test of a candidate that was not stopped: none, with few plants, with all plants."""
+
+    NONE = 0
+    FEW = 1
+    ALL = 2
+
+
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """Design with its point (d,) in the unit cube of the family, and its simulated tests."""
@@ -58,6 +69,7 @@ class Candidate:
     design: Design
     point: Vector
     runs: tuple[JudgedRuns, ...]
+    extent: PlayedExtent = PlayedExtent.NONE
 
     @property
     def metrics(self) -> Sequence[Any]:
@@ -79,6 +91,29 @@ class Candidate:
         """Return the largest relative violation of a limit; 0 or less if all limits are met."""
         return max(self.missing.values())
 
+    @property
+    def worst_requirement(self) -> Any:
+        """Return the requirement with the largest relative violation of its limit."""
+        key = max(self.missing, key=self.missing.__getitem__)
+        return next(one for one in self.metrics if one.key == key)
+
+    @property
+    def distance(self) -> tuple[int, float]:
+        """Return a key that sorts candidates from the nearest to the farthest.
+
+        Violations are lower bounds if the candidate was not played on all plants. A candidate that
+        was played on more plants is therefore nearer.
+        """
+        return -self.extent, self.largest_missing
+
+    @property
+    def plants(self) -> int:
+        """Return the number of plants on which the candidate was played.
+
+        The plants of the tests `others` and `places` are not counted.
+        """
+        return len({plant for runs in self.runs[:2] for plant in runs.plants})
+
     def worst(self, metric: Any) -> float:
         """Return the worst value of a requirement in all tests; NaN if no test determines it."""
         values = [worst_value(runs, metric.key) for runs in self.runs]
@@ -97,7 +132,8 @@ class FamilyOutcome:
     - passed, with_reserve: True if the best candidate meets every requirement, without or with the
       reserve
     - refusals: reasons why candidates that passed the simulation were not verified
-    - trade: candidates in the order in which they were played, to show the trade-off
+    - trade: candidates in the order in which they were played, to show the trade-off. The values
+      of a stopped candidate belong to the plants up to the stop
     """
 
     family: str
@@ -107,6 +143,12 @@ class FamilyOutcome:
     with_reserve: bool
     refusals: tuple[str, ...]
     trade: tuple[Candidate, ...]
+
+    @property
+    def least_missing(self) -> float:
+        """Return the smallest violation of a limit, each on the plants of a complete test."""
+        complete = [one.largest_missing for one in self.trade if one.extent > PlayedExtent.NONE]
+        return min(complete, default=FAILED)
 
 
 class _FoundError(Exception):
@@ -139,7 +181,8 @@ class CandidateSearch:
     tests: PlayedTests
     controller: Callable[[Design], Controller]
     verify: Callable[[Design], None]
-    hard: list[int] = field(default_factory=list)
+    hard: set[int] = field(default_factory=set)
+    order: list[int] = field(default_factory=list)
     played: list[Candidate] = field(default_factory=list)
     refusals: list[str] = field(default_factory=list)
     tried: int = 0
@@ -156,29 +199,34 @@ class CandidateSearch:
         progress: called with a text at the start of each search, and after every REPORTED
         candidates.
         """
-        self.hard, self.progress = list(self.tests.hard), progress
-        random = np.random.Generator(np.random.PCG64(SEED))
+        random = self._begin(progress)
         progress(f"search: {self.family.name}")
         found = self._found(self._from_starts, random)
-        if found is None and self.played:
+        if found is None and any(one.extent > PlayedExtent.NONE for one in self.played):
             progress(f"search: {self.family.name}, without reserve, from the best candidates")
             self.reserve = 0.0
             self.most += round(CONTINUED * self.family.candidates)
             found = self._found(self._from_nearest, random)
-        return self._outcome(found)
+        return self.outcome(found)
 
     def run_from(self, start: Vector, progress: Callable[[str], None]) -> FamilyOutcome:
         """Search near a point (d,) of the unit cube without a reserve, and return the outcome."""
-        self.hard, self.progress = list(self.tests.hard), progress
+        random = self._begin(progress)
         progress(f"search: {self.family.name}, from the design of an easier specification")
         self.reserve = 0.0
         self.most = round(CONTINUED * self.family.candidates)
-        random = np.random.Generator(np.random.PCG64(SEED))
-        return self._outcome(
+        return self.outcome(
             self._found(lambda drawn: self._evolve([start], start, NEAR, drawn), random)
         )
 
-    def _outcome(self, found: Candidate | None) -> FamilyOutcome:
+    def _begin(self, progress: Callable[[str], None]) -> np.random.Generator:
+        self.progress = progress
+        self.hard = set(self.tests.hard)
+        self.order = list(dict.fromkeys([*self.tests.hard, *range(self.tests.plants)]))
+        return np.random.Generator(np.random.PCG64(SEED))
+
+    def outcome(self, found: Candidate | None = None) -> FamilyOutcome:
+        """Return the outcome up to now, with the candidate that passed, if there is one."""
         return FamilyOutcome(
             self.family.name,
             self.tried,
@@ -206,12 +254,13 @@ class CandidateSearch:
         self._evolve(starts, starts[int(np.argmin(figures))], SPREAD, random)
 
     def _from_nearest(self, random: np.random.Generator) -> None:
-        nearest = sorted(self.played, key=lambda one: one.largest_missing)[:POPULATION]
+        complete = [one for one in self.played if one.extent > PlayedExtent.NONE]
+        nearest = sorted(complete, key=lambda one: one.largest_missing)[:POPULATION]
         self._evolve([one.point for one in nearest], nearest[0].point, NEAR, random)
 
     def _nearest_miss(self) -> Candidate | None:
         missed = [one for one in self.played if self.refusals or one.largest_missing > 0.0]
-        return min(missed or self.played, key=lambda one: one.largest_missing, default=None)
+        return min(missed or self.played, key=lambda one: one.distance, default=None)
 
     def _evolve(
         self,
@@ -223,59 +272,74 @@ class CandidateSearch:
         while True:  # until a candidate passes or their number is reached
             population = best + random.normal(0.0, spread, (POPULATION, best.size))
             population[: len(starts)] = starts
-            scipy.optimize.differential_evolution(
-                self._objective,
-                [(0.0, 1.0)] * best.size,
-                init=np.clip(population, 0.0, 1.0),
-                maxiter=self.family.candidates,
-                seed=random,
-                mutation=(0.4, 0.9),
-                recombination=0.8,
-                tol=0.0,
-                atol=0.0,
-                polish=False,
-            )
+            evolve(self._objective, np.clip(population, 0.0, 1.0), random)
             spread *= 2.0  # all candidates were equal
 
-    def _objective(self, unit: Vector) -> float:
-        """Return the shortfall at a point of the unit cube; raise _FoundError for a solution."""
+    def _objective(self, unit: Vector, parent: float = np.inf) -> float:
+        """Return the shortfall at a point of the unit cube; raise _FoundError for a solution.
+
+        parent: value above which the shortfall need not be exact.
+        """
         if self.tried >= self.most:
             raise _ExhaustedError
         self.tried += 1
         if self.tried % REPORTED == 0 and self.played:
-            nearest = min(one.largest_missing for one in self.played)
+            nearest = min(self.played, key=lambda one: one.distance)
             self.progress(
-                f"search: {self.family.name}, {self.tried} of {self.most} candidates, nearest "
-                f"misses by {100.0 * max(nearest, 0.0):.2g} %"
+                f"search: {self.family.name}, {self.tried} of {self.most} candidates; nearest: "
+                f"{nearest_words(nearest, self.tests.plants, self.reserve)}"
             )
         try:
             design = self.family.design(self.scales, self.family.values(unit))
-            controller = self.controller(design)
-            runs = [self.tests.screen(controller, self.hard)]
-            value = shortfall(runs[0], self.reserve)
-            if value <= PROMISING:
-                runs.append(self.tests.short(controller, None))
-                value = max(value, shortfall(runs[-1], self.reserve))
-                self._add_hard(runs[-1])
-            if value <= 0.0:
-                runs.append(self.tests.whole(controller, None))
-                value = shortfall(runs[-1], self.reserve)
-                self._add_hard(runs[-1])
-            if value <= 0.0:
-                for one in self.tests.without_reserve(controller, runs[-1]):
-                    runs.append(one)
-                    value = max(value, shortfall(one, 0.0))
-                    if value > 0.0:
-                        break
+            candidate, value = self._play(design, unit, parent)
         except UNUSABLE:
             return FAILED
-        candidate = Candidate(design, unit, tuple(runs))
         self.played.append(candidate)
         if value <= 0.0:
             if self._verified(design):
                 raise _FoundError(candidate)
             return 1.0
         return value
+
+    def _play(self, design: Design, unit: Vector, parent: float) -> tuple[Candidate, float]:
+        """Return the candidate, and its shortfall or a lower bound above `parent`."""
+        controller = self.controller(design)
+        few = [plant for plant in self.order if plant in self.hard]
+        runs = [self.tests.screen(controller, few, self._above(max(parent, PROMISING)))]
+        value = shortfall(runs[0], self.reserve)
+        extent = PlayedExtent.FEW if len(runs[0].plants) == len(few) else PlayedExtent.NONE
+        if value > PROMISING:
+            self._move_forward(runs[0])
+            return Candidate(design, unit, tuple(runs), extent), value
+        runs.append(self._short(controller, parent))
+        value = max(value, shortfall(runs[-1], self.reserve))
+        if len(runs[-1].plants) == self.tests.plants:
+            extent = PlayedExtent.ALL
+        self._add_hard(runs[-1])
+        if value <= 0.0:
+            runs.append(self.tests.whole(controller, None))
+            value = shortfall(runs[-1], self.reserve)
+            self._add_hard(runs[-1])
+        if value <= 0.0:
+            for one in self.tests.without_reserve(controller, runs[-1]):
+                runs.append(one)
+                value = max(value, shortfall(one, 0.0))
+                if value > 0.0:
+                    break
+        return Candidate(design, unit, tuple(runs), extent), value
+
+    def _short(self, controller: Controller, parent: float) -> JudgedRuns:
+        """Return the results of all steps, with all plants while the worst may join the hard ones.
+
+        The search without the reserve does not need the worst plant: its first candidates are the
+        best ones of the search with the reserve, which has collected the hard plants.
+        """
+        if self.reserve > 0.0 and len(self.hard) < MOST_HARD:
+            return self.tests.short(controller, None)
+        return self.tests.short(controller, tuple(self.order), self._above(parent))
+
+    def _above(self, limit: float) -> Callable[[JudgedRuns], bool]:
+        return lambda runs: shortfall(runs, self.reserve) > limit
 
     def _verified(self, design: Design) -> bool:
         try:
@@ -286,7 +350,16 @@ class CandidateSearch:
         return True
 
     def _add_hard(self, runs: JudgedRuns) -> None:
+        worst = self._move_forward(runs)
+        if worst is not None and len(self.hard) < MOST_HARD:
+            self.hard.add(worst)
+
+    def _move_forward(self, runs: JudgedRuns) -> int | None:
+        """Play the worst plant first from now on; return None if no plant misses the reserve."""
         each = shortfalls(runs, self.reserve).max(axis=1)
+        if each.max() <= 0.0:
+            return None
         worst = runs.plants[int(np.argmax(each))]
-        if each.max() > 0.0 and worst not in self.hard and len(self.hard) < MOST_HARD:
-            self.hard.append(worst)
+        self.order.remove(worst)
+        self.order.insert(0, worst)
+        return worst

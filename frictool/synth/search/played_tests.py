@@ -59,8 +59,17 @@ class JudgedRuns(Protocol):
 class CandidateJudge(Protocol):
     """Function that simulates a controller with all plants, or with the plants `only`."""
 
-    def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> JudgedRuns:
-        """Simulate a controller and return the results; `only` lists indices of plants."""
+    def __call__(
+        self,
+        controller: Controller,
+        only: Sequence[int] | None = None,
+        until: Callable[[JudgedRuns], bool] | None = None,
+    ) -> JudgedRuns:
+        """Simulate a controller and return the results.
+
+        only: indices of the plants, in the order of the simulation. until: function of the results
+        so far, called after each plant; if it returns True, the simulation ends.
+        """
 
 
 @dataclass(frozen=True)
@@ -74,6 +83,7 @@ class PlayedTests:
     - places: short steps with the worst plants of `whole`, from many initial positions within one
       encoder count
     - hard: indices of the plants with which `screen` begins
+    - plants: number of plants of `screen`, `short` and `whole`
 
     In `others` and `places`, a design must meet the requirements, but need not keep the reserve.
     """
@@ -84,6 +94,7 @@ class PlayedTests:
     others: tuple[CandidateJudge, ...]
     places: Callable[[Controller, JudgedRuns], Sequence[JudgedRuns]]
     hard: tuple[int, ...]
+    plants: int
 
     def without_reserve(self, controller: Controller, whole: JudgedRuns) -> Iterator[JudgedRuns]:
         """Yield the results of the tests `others` and `places`.
@@ -136,8 +147,10 @@ def missing(runs: JudgedRuns) -> dict[str, float]:
     """Return the largest violation of each requirement, by the requirement's key.
 
     A violation is relative to the limit; it is 0 or less if the requirement is met, and grows
-    logarithmically above 1.
+    logarithmically above 1. It is FAILED if a plant could not be simulated.
     """
+    if runs.failed:
+        return {one.key: FAILED for one in runs.metrics}
     worst = shortfalls(runs, 0.0).max(axis=0)
     return {one.key: float(value) for one, value in zip(runs.metrics, worst, strict=True)}
 

@@ -7,10 +7,11 @@
     prefilter    prefilter_product/response
     velocity     velocity_product/dead time, at most MOST_FILTER/sample period
 
-`band` is the half-width of the rest band, in which the drive is released at rest. `braking`,
-`step`, `response` and the dead time are scales of design_scales.py; F is the Coulomb friction, J
-the inertia. If k^2 < 2F/J, the law is stored with the formula sqrt(F/J), else with sqrt(2F/J); the
-law's `virtual_coulomb_factor` is at least 1.
+`band` is the half-width of the rest band, in which the drive is released at rest. If the load may
+exceed the breakaway friction, the drive stays on (`action: none`), and `rest` and `settled` have no
+effect. `braking`, `step`, `response` and the dead time are scales of design_scales.py; F is the
+Coulomb friction, J the inertia. If k^2 < 2F/J, the law is stored with the formula sqrt(F/J), else
+with sqrt(2F/J); the law's `virtual_coulomb_factor` is at least 1.
 """
 
 from __future__ import annotations
@@ -38,36 +39,54 @@ PARAMETERS = (
 )
 
 
+RELEASE = ("rest_share", "settled_share")  # parameters without effect if the drive stays on
+
+
 def position_law(scales: DesignScales, values: Mapping[str, float]) -> PositionLawDesign:
     """Return the position law and its rest band, which first brakes the axis and then releases it.
 
-    The law is proportional if the model has no Coulomb friction.
+    The drive stays on if it must hold the load. The law is proportional if the model has no Coulomb
+    friction.
     """
     bench = scales.bench
     squared = 2.0 * values["braking_share"] * scales.braking
     band = rounded(max(scales.count, values["band_share"] * scales.band))
     while band < scales.count:  # rounding may go below one count
         band = rounded(band * 1.001)
-    length, speed = (si_unit(name, bench.axis) for name in ("position", "velocity"))
-    edge = math.sqrt(squared * band)
-    shared = {
-        "action": "brake",
-        "band": Quantity(value=band, unit=length),
-        "settled_speed": Quantity(
-            value=rounded(values["settled_share"] * scales.step / scales.response), unit=speed
-        ),
-        "rest_speed": Quantity(value=rounded(values["rest_share"] * edge), unit=speed),
-    }
+    rest = _rest(scales, values, math.sqrt(squared * band))
+    length = Quantity(value=band, unit=si_unit("position", bench.axis))
     if scales.friction <= 0.0:
         gain = math.sqrt(squared / (LINEAR_PART * scales.step))
-        return PositionLawDesign(kind="proportional", gain_per_s=rounded(gain), **shared)  # type: ignore[arg-type] # keys of one record
+        return PositionLawDesign(
+            kind="proportional",
+            gain_per_s=rounded(gain),
+            band=length if scales.releases else None,
+            **rest,  # type: ignore[arg-type] # keys of one record
+        )
     factor = squared / (2.0 * scales.friction)
     strong = factor >= 1.0
     return PositionLawDesign(
         formula="sqrt(2F/J)" if strong else "sqrt(F/J)",
         virtual_coulomb_factor=rounded(factor) if strong else rounded(max(1.0, 2.0 * factor)),
-        **shared,  # type: ignore[arg-type] # keys of one record
+        band=length,
+        **rest,  # type: ignore[arg-type] # keys of one record
     )
+
+
+def _rest(scales: DesignScales, values: Mapping[str, float], edge: float) -> dict[str, object]:
+    """Return the keys of the position law for the action at rest.
+
+    edge: speed of the law at the end of the band [rad/s | m/s].
+    """
+    if not scales.releases:
+        return {"action": "none"}
+    settled = values["settled_share"] * scales.step / scales.response
+    unit = si_unit("velocity", scales.bench.axis)
+    return {
+        "action": "brake",
+        "settled_speed": Quantity(value=rounded(settled), unit=unit),
+        "rest_speed": Quantity(value=rounded(values["rest_share"] * edge), unit=unit),
+    }
 
 
 def prefilter(scales: DesignScales, values: Mapping[str, float]) -> PrefilterDesign:

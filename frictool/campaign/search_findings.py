@@ -1,0 +1,198 @@
+"""Examination of a failed search: what its best candidate misses, and which limits to relax.
+
+During a search, a candidate far from the limits is simulated with few plants only. Here, the
+nearest candidates are simulated with all plants. A relaxation of one requirement is reported only
+if a candidate then passes all tests of the search and the verification.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from msgspec import structs
+
+from frictool.campaign.played_design import DesignTest
+from frictool.documents.controller import Controller
+from frictool.documents.design import Design
+from frictool.documents.quantity import si_unit
+from frictool.documents.spec import Spec
+from frictool.synth.search.played_search import UNUSABLE, Candidate, PlayedExtent
+from frictool.synth.search.played_tests import JudgedRuns, PlayedTests, missing, shortfalls
+from frictool.synth.synthesis import synthesise
+
+EXAMINED = 3  # nearest candidates that are simulated with all plants
+ATTEMPTS = 12  # candidates that are tried for the relaxation of a requirement
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Requirement, and the limit with which a candidate passes every test [SI]."""
+
+    metric: Any
+    limit: float
+
+
+@dataclass(frozen=True, eq=False)
+class SearchFindings:
+    """Findings on the candidates of a search that found no design.
+
+    - best: candidate with the smallest violation of a limit on all plants; None if no candidate
+      can be simulated with all plants
+    - accepted: True if the best candidate passes every test and is verified
+    - places: step and plant of the worst value of each requirement that the best candidate misses
+      in the whole test, by the requirement's key
+    - relaxations: limits of single requirements with which a candidate passes every test
+    """
+
+    best: Candidate | None = None
+    accepted: bool = False
+    places: Mapping[str, str] = field(default_factory=dict)
+    relaxations: tuple[Relaxation, ...] = ()
+
+
+@dataclass(frozen=True)
+class CandidateExamination:
+    """Examination of the candidates of a search.
+
+    `test`: the test that a design must pass. `tests`: the tests of the search. `controller`:
+    function that returns the controller of a design.
+    """
+
+    test: DesignTest
+    tests: PlayedTests
+    controller: Callable[[Design], Controller]
+
+    def findings(self, candidates: Sequence[Candidate]) -> SearchFindings:
+        """Return the findings on the candidates."""
+        nearest = sorted(candidates, key=lambda one: one.distance)[:EXAMINED]
+        played = [whole for one in nearest if (whole := self._on_all_plants(one)) is not None]
+        if not played:
+            return SearchFindings()
+        best = min(played, key=lambda one: one.largest_missing)
+        if best.largest_missing <= 0.0:
+            return SearchFindings(best, self._is_verified(best.design, self.test.spec))
+        return SearchFindings(
+            best, False, self._places(best), tuple(self._relaxations(best, candidates))
+        )
+
+    def _on_all_plants(self, one: Candidate) -> Candidate | None:
+        try:
+            runs = list(self._runs(one.design, lambda played: missed(played)))
+        except UNUSABLE:
+            return None
+        return replace(one, runs=tuple(runs), extent=PlayedExtent.ALL)
+
+    def _runs(
+        self, design: Design, ends: Callable[[JudgedRuns], bool], until: bool = False
+    ) -> Iterator[JudgedRuns]:
+        """Yield the runs of a design in all tests, up to the first test that `ends`.
+
+        until: True to stop this test at the first plant with which it `ends`.
+        """
+        controller = self.controller(design)
+        whole = self.tests.whole(controller, None, ends if until else None)
+        yield whole
+        if ends(whole):
+            return
+        short = self.tests.short(controller, None, ends if until else None)
+        yield short
+        if ends(short):
+            return
+        for runs in self.tests.without_reserve(controller, whole):
+            yield runs
+            if ends(runs):
+                return
+
+    def _places(self, best: Candidate) -> dict[str, str]:
+        whole, controller = best.runs[0], self.controller(best.design)
+        each = shortfalls(whole, 0.0)
+        places = {}
+        for column, metric in enumerate(whole.metrics):
+            row = int(np.argmax(each[:, column]))
+            if each[row, column] <= 0.0:
+                continue
+            plant = whole.plants[row]
+            located = {one.key: one.where for one in self.test.judge.located(controller, plant)}
+            where = located.get(metric.key)
+            step = "" if where is None or where.time_s is None else self._step(where.time_s)
+            places[metric.key] = f"{step}{self.test.names[plant]}"
+        return places
+
+    def _step(self, time: float) -> str:
+        """Return words for the step of the test that begins at a time [s]."""
+        steps, half = self.test.scenario.steps, 0.5 * self.test.model.bench.sample_period_s
+        begins = np.cumsum([0.0, *(step.seconds for step in steps)])
+        number = int(np.searchsorted(begins, time + half))
+        reference = steps[number - 1].reference
+        unit = si_unit("position", self.test.scenario.axis)
+        target = "" if reference is None else f" to {reference.value:.4g} {unit}"
+        return f"step {number}{target}, "
+
+    def _relaxations(
+        self, best: Candidate, candidates: Sequence[Candidate]
+    ) -> Iterator[Relaxation]:
+        complete = [one for one in (best, *candidates) if one.extent > PlayedExtent.NONE]
+        for metric in best.metrics:
+            limit = self._relaxed(metric, complete)
+            if limit is not None:
+                yield Relaxation(metric, limit)
+
+    def _relaxed(self, metric: Any, candidates: Sequence[Candidate]) -> float | None:
+        fitting = [
+            one
+            for one in candidates
+            if math.isfinite(one.worst(metric)) and not others_missed(one.missing, metric.key)
+        ]
+        for one in sorted(fitting, key=lambda one: one.missing[metric.key])[:ATTEMPTS]:
+            if (limit := self._passing_limit(one.design, metric)) is not None:
+                return limit
+        return None
+
+    def _passing_limit(self, design: Design, metric: Any) -> float | None:
+        """Return the limit of a requirement with which a design passes every test, or None."""
+
+        def ends(played: JudgedRuns) -> bool:
+            return others_missed(missing(played), metric.key)
+
+        try:
+            runs = tuple(self._runs(design, ends, until=True))
+        except UNUSABLE:
+            return None
+        value = Candidate(design, np.empty(0), runs).worst(metric)
+        if ends(runs[-1]) or not math.isfinite(value):
+            return None
+        limit = rounded_outwards(value, metric.relation)
+        spec = self.test.spec
+        if metric.key == "modulus_margin":
+            spec = structs.replace(spec, modulus_margin=limit)
+        return limit if self._is_verified(design, spec) else None
+
+    def _is_verified(self, design: Design, spec: Spec) -> bool:
+        try:
+            synthesise(self.test.model, spec, design, vertices_only=True)
+        except UNUSABLE:
+            return False
+        return True
+
+
+def missed(played: JudgedRuns) -> bool:
+    """Return True if a requirement is violated."""
+    return others_missed(missing(played), "")
+
+
+def others_missed(violations: Mapping[str, float], key: str) -> bool:
+    """Return True if a requirement other than `key` is violated."""
+    return any(value > 0.0 for name, value in violations.items() if name != key)
+
+
+def rounded_outwards(value: float, relation: str) -> float:
+    """Return a limit with four digits that a value meets, close to the value."""
+    if value == 0.0:
+        return 0.0
+    scale = 10.0 ** (3 - math.floor(math.log10(abs(value))))
+    rounded = math.ceil(value * scale) if relation == "<=" else math.floor(value * scale)
+    return float(f"{rounded / scale:.6g}")
