@@ -13,10 +13,15 @@ def refused(value: float, limit: float) -> str:
         key="response_time_95_s", name="response_time_95", unit="s", relation="<=", limit=limit
     )
     best = SimpleNamespace(
-        missing={metric.key: value / limit - 1.0}, metrics=[metric], worst=lambda _: value
+        missing={metric.key: value / limit - 1.0},
+        metrics=[metric],
+        worst=lambda _: value,
+        distance=value / limit - 1.0,
+        largest_missing=value / limit - 1.0,
+        worst_requirement=metric,
     )
     outcome = SimpleNamespace(best=best, refusals=())
-    return refusal(cast(Any, SimpleNamespace(outcomes=[outcome])))
+    return refusal(cast(Any, SimpleNamespace(outcomes=[outcome], findings=None)))
 
 
 def test_a_value_just_above_its_limit_is_shown_with_the_digits_that_differ() -> None:
