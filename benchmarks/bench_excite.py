@@ -93,7 +93,7 @@ def _row(name: str) -> Row:
             "accuracy": f"Coulomb friction 2 %, inertia 1 %; designed in {spent:.3g} s",
         }
 
-    row.id = f"excite.{name}"  # type: ignore[attr-defined]
+    row.id = f"excite.{name}"  # type: ignore[attr-defined]  # read by benchmarks/__main__.py
     return row
 
 
@@ -110,5 +110,5 @@ def excite_design() -> dict[str, Any]:
     }
 
 
-excite_design.id = "excite.design"  # type: ignore[attr-defined]
+excite_design.id = "excite.design"  # type: ignore[attr-defined]  # read by benchmarks/__main__.py
 ROWS = [*(_row(name) for name in RIGS), excite_design]
