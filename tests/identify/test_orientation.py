@@ -145,6 +145,8 @@ def test_the_bench_that_the_message_asks_for_mends_it(tmp_path: Path, kind: str)
     mended = run("identify", bad if sign == 1 else good, "--bench", bench, "--json")
     assert mended.code == 0, mended.stderr
     asked = run("identify", good, "--bench", CLUTCH, "--json")
+    if (column, direction) == (COUNTED, 1):
+        assert json.loads(mended.stdout)["parameters"] == json.loads(asked.stdout)["parameters"]
     for name, one in json.loads(asked.stdout)["parameters"].items():
         found = json.loads(mended.stdout)["parameters"][name]
         # the sign of the offset depends on the positive direction
