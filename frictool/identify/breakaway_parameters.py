@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from frictool.documents.laws import Laws
+from frictool.documents.quantity import si_unit
 from frictool.identify import methods
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway
 from frictool.identify.breakaway.friction_map import breakaway_laws, friction_map
+from frictool.identify.breakaway.onset_detection import FEWEST_ONSETS, find_onsets
 from frictool.identify.breakaway.stribeck_velocity import StribeckFall, StribeckVelocityRange
 from frictool.identify.estimators.auto import inertia_over_position
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
@@ -62,14 +65,23 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     confidence = logs.settings.confidence
     load = ramp_load(logs, sliding)
     ramp = breakaway(logs.ramps, logs.bench, axis, confidence, _known_fall(sliding), load)
-    if (
-        not (ramp.forward > 0.0 and ramp.backward > 0.0)
-        and "offset" not in identified
-        and logs.bench.mechanics.offset is None
-    ):
+    if "offset" in identified or logs.bench.mechanics.offset is not None:
+        return ramp
+    if math.isnan(ramp.forward) or math.isnan(ramp.backward):
+        onsets = [one for record in logs.ramps for one in find_onsets(record, logs.bench, axis)]
+        forward = sum(one.direction > 0.0 for one in onsets)
         raise UnusableLogs(
-            "the breakaways are in one direction only, and neither a log nor the bench gives the "
-            "offset; add ramps in the other direction, or state mechanics.offset in the bench"
+            f"{forward} breakaways forward and {len(onsets) - forward} backward are usable, and "
+            f"neither a log nor the bench gives the offset; needed: {FEWEST_ONSETS} in each "
+            "direction, or mechanics.offset in the bench"
+        )
+    if min(ramp.forward, ramp.backward) <= 0.0:
+        side = "forward" if ramp.forward <= 0.0 else "backward"
+        unit = si_unit("effort", logs.bench.axis)
+        raise UnusableLogs(
+            f"the axis starts {side} although the drive opposes this motion with "
+            f"{-min(ramp.forward, ramp.backward):.3g} {unit}: a load moves it; add a log of "
+            "sliding, or state mechanics.offset in the bench"
         )
     return ramp
 

@@ -167,7 +167,7 @@ def _breakaway(
     stribeck: StribeckVelocityRange | None,
     load: OnsetLoad,
 ) -> Breakaway:
-    data = onset_data_under(records, bench, load)
+    data = onset_data_under(records, bench, axis, load)
     nominal = {name: known.value for name, known in axis.items()}
     try:
         fit = fit_breakaway(data, nominal)

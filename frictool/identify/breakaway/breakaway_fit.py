@@ -15,7 +15,7 @@ from frictool.identify.breakaway.position_law import (
     choose_structure,
     fit_polynomials,
 )
-from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
+from frictool.identify.breakaway.stribeck_velocity import IMMEDIATE, StribeckVelocityRange
 from frictool.identify.fit_result import Interval
 from frictool.identify.regression.combined_interval import half_width
 from frictool.identify.regression.regression import LeastSquaresSolution
@@ -77,7 +77,8 @@ class BreakawayErrors:
     - ranges: for each axis parameter, for the rest position, and for each uncertain load, changes
       (p,) of the coefficients if this quantity is at an end of its range
     - added: for each cause whose error is added in full, its possible changes (p,) of the
-      coefficients; the causes are the allowed Stribeck curves, and loads that may act
+      coefficients; the causes are the allowed Stribeck curves, a drive train that yields just
+      before the onset, and loads that may act
     - half_step: half of the increase of a ramp in one sample, N m | N
     """
 
@@ -140,11 +141,16 @@ def breakaway_errors(
     low, high = (moved(data.friction(nominal, fit.shape, end)) for end in (-UNIFORM, UNIFORM))
     ends = [(at(name, one.low), at(name, one.high)) for name, one in axis.items()]
     falls = [replace(data, fall=end) for end in fall.ends]
+    yields = []
+    if data.yields and fall.velocity > 0.0:
+        # a count by which the drive train yields looks like a slow decrease of friction
+        yields.append(data.later(fall.value if fall.known else IMMEDIATE))
     return BreakawayErrors(
         fit.solution,
         [*ends, (low, high), *map(under, load.errors)],
         [
             [moved(fallen.friction(nominal, fit.shape)) for fallen in falls],
+            [moved(late.friction(nominal, fit.shape)) for late in yields],
             *map(under, load.possible),
         ],
         half_step,

@@ -3,21 +3,30 @@
 Each breakaway is described by a line that is fitted to the effort at rest, and by the times at
 which the encoder's count changes after the onset of motion. Onsets inside the backlash after a
 reversal are left out, because only the motor moves there.
+
+Flicker of the encoder between two counts is no motion. A single count is no onset either if a
+longer pause follows, although the effort keeps rising: the drive train has yielded. A sliding axis
+would have moved by the next count earlier (`_later`).
 """
 
 from __future__ import annotations
 
+import bisect
 import itertools
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.breakaway.onset import travel
+from frictool.identify.fit_result import Interval
+from frictool.identify.motion_record import MotionRecord, once_per_record
 from frictool.identify.rows.strokes import find_strokes
-from frictool.logs.quality.ramps import STRAIGHT, are_ramps, ramps_among, rests_of
+from frictool.logs.quality.ramps import STRAIGHT, are_ramps, ramps_among, rests_of, without_flicker
 from frictool.plant.weak_form import effort_weights
 from frictool.typing import Vector
 
@@ -46,6 +55,7 @@ class BreakawayOnset:
     - position: middle of the encoder count in which the axis rested, rad | m
     - rested: time at rest before the onset, s
     - timing: weight of the expected rest position, defined in `onset.py`
+    - yields: True if the drive train yielded by a count or more during the rest
     """
 
     direction: float
@@ -56,18 +66,28 @@ class BreakawayOnset:
     position: float
     rested: float
     timing: float
+    yields: bool = False
+
+    @property
+    def later(self) -> BreakawayOnset:
+        """Return the onset without the first change; the onset itself if there is one change."""
+        if self.time.size == 1:
+            return self
+        return replace(self, time=self.time[1:], seen=self.seen[1:] - self.seen[1])
 
 
 def is_ramp(record: MotionRecord, bench: Bench) -> bool:
     """Return True if a log consists of breakaway ramps, and has at least FEWEST_ONSETS onsets."""
-    if not are_ramps(_rests(record), record.position, record.effort):
+    steady = _steady(record)
+    if not are_ramps(_rests(steady, _heaviest(bench)), steady.position, steady.effort):
         return False
     return len(list(itertools.islice(_onsets(record, bench), FEWEST_ONSETS))) == FEWEST_ONSETS
 
 
 def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
     """Return why a log of ramps has too few breakaways for `is_ramp`; None without ramps."""
-    rests = _rests(record)
+    record = _steady(record)
+    rests = _rests(record, _heaviest(bench))
     if not are_ramps(rests, record.position, record.effort):
         return None
     ramps = int(np.sum(ramps_among(rests, record.position, record.effort)))
@@ -85,21 +105,111 @@ def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
     )
 
 
-def _rests(record: MotionRecord) -> list[tuple[int, int]]:
-    """Return (start, stop) of each interval at rest; the position changes at the sample `stop`."""
-    return rests_of(
+@once_per_record
+def _steady(record: MotionRecord) -> MotionRecord:
+    """Return the record without flicker between two neighbouring counts."""
+    steady = without_flicker(record.position, record.resolution)
+    return record if np.array_equal(steady, record.position) else replace(record, position=steady)
+
+
+def _moved(record: MotionRecord) -> NDArray[np.bool_]:
+    return np.asarray(
         (np.abs(np.diff(record.position)) > 0.5 * record.resolution) | (np.diff(record.piece) > 0)
     )
 
 
-def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
-    """Return every breakaway of a record under a growing effort and outside the backlash."""
-    return list(_onsets(record, bench))
+def share_at_rest(record: MotionRecord) -> float:
+    """Return the duration of all rests before motions, relative to that of the record."""
+    rests = rests_of(_moved(_steady(record)))
+    return sum(end - start for start, end in rests) / record.position.size
 
 
-def _onsets(record: MotionRecord, bench: Bench) -> Iterator[BreakawayOnset]:
+class _Heaviest(NamedTuple):
+    """Largest inertia and viscous friction that the axis may have, in SI units."""
+
+    inertia: float
+    viscous: float
+
+
+def _heaviest(bench: Bench, axis: Mapping[str, Interval] | None = None) -> _Heaviest:
+    """Return the upper ends of the intervals in `axis`, or of the bench's ranges if it is None."""
+    mechanics = bench.mechanics
+    if axis is None:
+        return _Heaviest(max(mechanics.inertia.interval), max(mechanics.viscous.interval))
+    return _Heaviest(axis["inertia"].high, max(axis["viscous"].high, 0.0))
+
+
+def _rests(record: MotionRecord, heaviest: _Heaviest) -> list[tuple[int, int]]:
+    """Return (start, stop) of each interval before a motion; the position changes at `stop`.
+
+    Single counts by which the drive train yields are part of the interval.
+    """
+    moved = _moved(record)
+    changes = [*(np.flatnonzero(moved) + 1).tolist(), record.position.size]
+    rests: list[tuple[int, int]] = []
+    for start, change in rests_of(moved):
+        if rests and start < rests[-1][1]:
+            continue
+        k = bisect.bisect_left(changes, change)
+        while k + 1 < len(changes) and (later := _later(record, heaviest, start, changes, k)) > k:
+            k = later
+        if changes[k] < record.position.size:
+            rests.append((start, changes[k]))
+    return rests
+
+
+def _later(
+    record: MotionRecord, heaviest: _Heaviest, start: int, changes: Sequence[int], k: int
+) -> int:
+    """Return the index of the next change that may be the onset; `k` if change k may be the onset.
+
+    Change k is no onset in two cases, in which the effort keeps rising along the line before it:
+    - The position returns.
+    - The position changes by one count, and then does not change in a time in which the heaviest
+      axis would have slid by more than one count: from speed 0, under the rise of the effort alone.
+    """
+    end = changes[k]
+    middle = start + (end - start) // 2
+    first, second, after = (
+        float(np.mean(record.effort[part]))
+        for part in (slice(start, middle), slice(middle, end), slice(end, changes[k + 1]))
+    )
+    if (second - first) * (after - second) <= 0.0:  # most logs: the effort does not keep rising
+        return k
+    line = _line(record, start, end)
+    if heaviest.inertia <= 0.0 or line is None or line.tolerance >= line.level:
+        return k
+    until = int(np.searchsorted(record.piece, record.piece[end - 1], side="right"))
+    until = min(max(2 * end - start, changes[k + 1]), until)
+    left = np.flatnonzero(line.left(record, end, until))
+    until = end + int(left[0]) if left.size else until
+    moved = line.direction * (record.position[end:until] - record.position[end - 1])
+    back = np.flatnonzero(moved < 0.5 * record.resolution)
+    if back.size:
+        return bisect.bisect_right(changes, end + int(back[-1]))
+    if not moved.size or moved[0] > 1.5 * record.resolution:
+        return k
+    duration = float(record.time[min(until, changes[k + 1]) - 1] - record.time[end])
+    slid = travel(duration, 0.0, line.rate, *heaviest)
+    return k + 1 if slid > record.resolution else k
+
+
+def find_onsets(
+    record: MotionRecord, bench: Bench, axis: Mapping[str, Interval] | None = None
+) -> list[BreakawayOnset]:
+    """Return every breakaway of a record under a growing effort and outside the backlash.
+
+    axis: intervals of `inertia` and `viscous`; None to use the bench's ranges
+    """
+    return list(_onsets(record, bench, axis))
+
+
+def _onsets(
+    record: MotionRecord, bench: Bench, axis: Mapping[str, Interval] | None = None
+) -> Iterator[BreakawayOnset]:
+    record = _steady(record)
     gap = _least_motion(record, bench)
-    strokes, rests = find_strokes(record), _rests(record)
+    strokes, rests = find_strokes(record), _rests(record, _heaviest(bench, axis))
     # a rest begins at the position at which the motion has ended
     following = [start + 1 for start, _ in rests[1:]] + [record.position.size]
     for (start, end), until, ramp in zip(
@@ -132,34 +242,24 @@ def _onset(
     The motion is examined up to the sample `until`. Return None if the effort is not a ramp or the
     motion is too small.
     """
-    first = _straight_from(record, start + (end - start) // 2, end)
-    if first is None:
+    line = _line(record, start, end)
+    if line is None or line.direction != direction:
         return None
-    ramp = slice(first, end)
-    time = record.time[ramp] - record.time[end]
-    effort = direction * record.effort[ramp]
-    if float(np.ptp(effort)) == 0.0:
-        return None
-    rate, level = np.polyfit(time, effort, 1)
-    noise = float(np.std(effort - level - rate * time))
-    seen = direction * (record.position[end:until] - record.position[end - 1])
-    if (
-        rate <= 0.0
-        or np.corrcoef(time, effort)[0, 1] ** 2 < STRAIGHT
-        or seen[-1] < MOVED_COUNTS * record.resolution
-    ):
+    level, rate = line.level, line.rate
+    seen = np.maximum.accumulate(
+        direction * (record.position[end:until] - record.position[end - 1])
+    )
+    if seen[-1] < MOVED_COUNTS * record.resolution:
         return None
     changed = np.flatnonzero(np.diff(seen, prepend=0.0) > 0.5 * record.resolution)[:CHANGES_USED]
     after = record.time[end:until] - record.time[end]
-    below = direction * record.effort[end:until] - level - rate * after < -LEFT_THE_RAMP * max(
-        noise, RELATIVE_NOISE * level
-    )
+    below = line.left(record, end, until)
     left = np.flatnonzero(below)
     changed = changed[: max(1, int(np.searchsorted(changed, left[0])))] if left.size else changed
     before = np.where(changed > 0, seen[changed - 1], 0.0)
     distance = 0.5 * (before + seen[changed] - record.resolution)
     level += rate * record.period * _above(record)
-    position = float(record.position[start]) + 0.5 * record.resolution
+    position = float(record.position[end - 1]) + 0.5 * record.resolution
     rested = float(record.time[end] - record.time[start])
     time = after[changed] - 0.5 * record.period
     return BreakawayOnset(
@@ -171,7 +271,44 @@ def _onset(
         position,
         rested,
         _timing(time, distance, record),
+        bool(np.ptp(record.position[start:end]) > 0.5 * record.resolution),
     )
+
+
+class _Line(NamedTuple):
+    """Line of |effort| over the time from a change: level, rate and noise in SI units."""
+
+    level: float
+    rate: float
+    noise: float
+    direction: float
+
+    @property
+    def tolerance(self) -> float:
+        """Return how far the effort may be below the line during the ramp, N m | N."""
+        return LEFT_THE_RAMP * max(self.noise, RELATIVE_NOISE * self.level)
+
+    def left(self, record: MotionRecord, end: int, until: int) -> NDArray[np.bool_]:
+        """Return True for each sample from `end` to `until` at which the effort is below it."""
+        after = record.time[end:until] - record.time[end]
+        expected = self.level + self.rate * after
+        below = self.direction * record.effort[end:until] - expected
+        return np.asarray(below < -self.tolerance, dtype=np.bool_)
+
+
+def _line(record: MotionRecord, start: int, end: int) -> _Line | None:
+    """Return the line that |effort| follows up to the sample `end`; None if it is no ramp."""
+    first = _straight_from(record, start + (end - start) // 2, end)
+    if first is None:
+        return None
+    time = record.time[first:end] - record.time[end]
+    effort = record.effort[first:end]
+    if float(np.ptp(effort)) == 0.0 or np.corrcoef(time, effort)[0, 1] ** 2 < STRAIGHT:
+        return None
+    rate, level = np.polyfit(time, effort, 1)
+    direction = float(np.sign(rate))
+    noise = float(np.std(effort - level - rate * time))
+    return _Line(direction * float(level), abs(float(rate)), noise, direction)
 
 
 def _straight_from(record: MotionRecord, first: int, end: int) -> int | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -23,6 +23,7 @@ from frictool.identify.breakaway.onset_detection import (
     FEWEST_ONSETS,
     BreakawayOnset,
     find_onsets,
+    share_at_rest,
 )
 from frictool.identify.breakaway.position_law import FOLLOWING, BreakawayPositions, PolynomialOrders
 from frictool.identify.breakaway.stribeck_velocity import (
@@ -34,6 +35,7 @@ from frictool.identify.breakaway.stribeck_velocity import (
 )
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.motion_record import MotionRecord
+from frictool.logs.quality.ramps import REST, REST_SHARE
 from frictool.typing import IntVector, Matrix, Vector
 
 PRIOR = 12.0  # 1/variance of a rest position that is uniform within its count, 1/count^2
@@ -179,6 +181,19 @@ class OnsetData:
     offset: float | None
     fall: StribeckFall = IMMEDIATE
 
+    @property
+    def yields(self) -> bool:
+        """Return True if the drive train yields by counts before the onsets."""
+        return any(onset.yields for onset in self.onsets)
+
+    def later(self, fall: StribeckFall) -> OnsetData:
+        """Return the onsets without their first change, as if the drive train caused this change.
+
+        fall: assumed Stribeck curve after each onset
+        """
+        table = OnsetTable([onset.later for onset in self.onsets], self.table.resolution)
+        return replace(self, table=table, fall=fall)
+
     def misfit(
         self,
         axis: Mapping[str, float],
@@ -279,12 +294,16 @@ class OnsetData:
         return np.asarray(curve / np.mean(curve))
 
 
-def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
+def onset_data(
+    records: list[MotionRecord], bench: Bench, axis: Mapping[str, Interval]
+) -> OnsetData:
     """Return the onsets of the records; a direction with fewer than FEWEST_ONSETS is left out.
+
+    axis: intervals of `inertia` and `viscous`
 
     Raises UnusableLogs if no direction has enough onsets.
     """
-    onsets = [onset for record in records for onset in find_onsets(record, bench)]
+    onsets = [onset for record in records for onset in find_onsets(record, bench, axis)]
     used = [
         onset
         for onset in onsets
@@ -292,6 +311,13 @@ def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
     ]
     if not used:
         forward = sum(onset.direction > 0.0 for onset in onsets)
+        share = min(map(share_at_rest, records))
+        if share < REST_SHARE:
+            raise UnusableLogs(
+                f"found {len(onsets)} breakaways: the position is constant for {REST} samples or "
+                f"more in {100 * share:.2g} % of the log, needed: {100 * REST_SHARE:g} %; rest "
+                "before each ramp, or filter the noise of the position"
+            )
         raise UnusableLogs(
             f"found {forward} breakaways forward and {len(onsets) - forward} backward under an "
             "effort that rises linearly from a low level; needed: at least "

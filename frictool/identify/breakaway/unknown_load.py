@@ -54,7 +54,7 @@ def without_free_load(
     """
     known = dict(axis)
     for _ in range(ROUNDS if load.free else 0):
-        data = onset_data_under(records, bench, load)
+        data = onset_data_under(records, bench, axis, load)
         fit = fit_breakaway(data, {name: one.value for name, one in known.items()})
         offset, *factors = fit.solution.value[fit.structure.orders[0] + 1 :].tolist()
         offset += data.offset
@@ -68,9 +68,11 @@ def without_free_load(
     return records, known
 
 
-def onset_data_under(records: list[MotionRecord], bench: Bench, load: OnsetLoad) -> OnsetData:
+def onset_data_under(
+    records: list[MotionRecord], bench: Bench, axis: Mapping[str, Interval], load: OnsetLoad
+) -> OnsetData:
     """Return the onsets; their structure depends on the unknown load."""
-    data = onset_data(records, bench)
+    data = onset_data(records, bench, axis)
     if load.constant:
         return replace(data, positions=replace(data.positions, highest=0))
     if not load.free:

@@ -20,7 +20,7 @@ from typing import Literal
 import numpy as np
 
 from frictool.logs.log import Stream
-from frictool.logs.quality.ramps import REST, are_ramps, rests_of
+from frictool.logs.quality.ramps import REST, are_ramps, rests_of, without_flicker
 from frictool.logs.quality.sliding_extremes import sliding_maximum
 from frictool.logs.quality.time_base import encoder_step
 from frictool.typing import Vector
@@ -60,9 +60,10 @@ def kind_of(stream: Stream) -> Kind | None:
     rests = _rests(position, still)
     step = encoder_step(position)
     resting = sum(end - start for start, end in rests) > 0.5 * position.size
-    within_counts = rests_of(np.abs(np.diff(position)) > 0.5 * step) if step else []
+    steady = without_flicker(position, step) if step else position
+    within_counts = rests_of(np.abs(np.diff(steady)) > 0.5 * step) if step else []
     if drive is not None and (
-        are_ramps(within_counts, position, drive) or are_ramps(rests, position, drive)
+        are_ramps(within_counts, steady, drive) or are_ramps(rests, position, drive)
     ):
         return "ramp"
     if reference is None and resting and len(rests) > 1:

@@ -39,6 +39,29 @@ def rests_of(moved: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(start, end) for start, end in itertools.pairwise(edges) if end - start >= REST]
 
 
+def without_flicker(position: Vector, count: float) -> Vector:
+    """Return the position (n,) without flicker between two neighbouring counts of an encoder.
+
+    Flicker is a sequence of three or more changes by one count whose signs alternate. It occurs if
+    the axis rests near the edge of a count and vibrates, or if the sensor is noisy. During the
+    flicker, the result is the position after it.
+
+    count: encoder step, in the unit of the position.
+    """
+    steps = np.diff(position)
+    changes = np.flatnonzero(np.abs(steps) > 0.5 * count)
+    size = steps[changes]
+    single = np.abs(size) < 1.5 * count
+    returns = single[:-1] & single[1:] & (size[:-1] * size[1:] < 0.0)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], returns.astype(np.int8), [0]))))
+    steady = position.copy()
+    for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if last - first > 1:
+            after = changes[last] + 1
+            steady[changes[first] + 1 : after] = position[after]
+    return steady
+
+
 def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector) -> bool:
     """Return True if a log consists of breakaway ramps; for the parameters see `ramps_among`."""
     length = np.array([end - start for start, end in rests])

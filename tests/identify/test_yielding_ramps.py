@@ -1,0 +1,122 @@
+"""Breakaway ramps with an encoder that flickers between two counts, or a drive train that yields
+before the axis breaks away: neither is an onset of motion."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.identify.breakaway.breakaway import Breakaway, breakaway
+from frictool.identify.breakaway.onset_detection import find_onsets
+from frictool.identify.fit_result import SLIDING, Interval, UnusableLogs
+from frictool.identify.identification import identify_records
+from frictool.identify.methods import DEFAULT, IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.logs.quality.ramps import without_flicker
+from frictool.plant.axis import AxisParameters
+from frictool.typing import Vector
+from studies.rigs.identification_rigs import mass_bench
+from tests.identify.arm import PERIOD
+from tests.support import compliant_axis
+from tests.support.stribeck_rigs import play, random_rig
+
+SAMPLES = 30_000
+LONGEST = 190  # characters of a message
+
+
+def known(axis: AxisParameters) -> dict[str, Interval]:
+    return {name: Interval(*[getattr(axis, name)] * 3) for name in SLIDING}
+
+
+def log_of(axis: AxisParameters, position: Vector, effort: Vector) -> MotionRecord:
+    time = PERIOD * np.arange(position.size, dtype=np.float64)
+    return make_record("ramps", time, position, effort, axis.encoder_step, 0.0)
+
+
+def compliant(
+    seed: int, yields: float, sensor: float, folder: Path
+) -> tuple[AxisParameters, Breakaway]:
+    """Return an axis and the breakaway from its ramps; the arguments are those of `play`."""
+    axis, ramps = random_rig(seed, "none")
+    ramps = ramps._replace(counts=max(ramps.counts, 6))
+    log = log_of(axis, *compliant_axis.play(axis, ramps, SAMPLES, seed, yields, sensor))
+    with np.errstate(all="raise"):
+        return axis, breakaway([log], mass_bench(folder), known(axis), 0.95)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_count_by_which_the_drive_train_yields_is_no_onset(tmp_path: Path, seed: int) -> None:
+    draw = np.random.default_rng([seed, 5])
+    yields = math.exp(draw.uniform(math.log(0.2), math.log(3.0)))
+    axis, found = compliant(seed, yields, 0.0, tmp_path)
+    assert found.interval.low <= axis.breakaway <= found.interval.high
+    assert found.interval.value == pytest.approx(axis.breakaway, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_flicker_of_a_count_is_no_onset(tmp_path: Path, seed: int) -> None:
+    sensor = math.exp(np.random.default_rng([seed, 6]).uniform(math.log(0.02), math.log(0.15)))
+    axis, found = compliant(seed, 1e-3, sensor, tmp_path)
+    assert found.interval.low <= axis.breakaway <= found.interval.high
+    assert found.interval.value == pytest.approx(axis.breakaway, rel=0.02)
+
+
+def test_a_yielding_count_just_before_the_onset_widens_the_interval_upwards(
+    tmp_path: Path,
+) -> None:
+    """Such a count looks like friction that falls slowly, from an earlier onset."""
+    found = [compliant(seed, 2.0, 0.0, tmp_path) for seed in range(20, 40)]
+    slow = [(axis, one) for axis, one in found if one.fall.velocity > 0.0]
+    assert slow
+    for axis, one in slow:
+        assert one.interval.low <= axis.breakaway <= one.interval.high
+
+
+@pytest.mark.parametrize("fall", ["none", "slow"])
+def test_no_count_of_a_rigid_axis_is_left_out(tmp_path: Path, fall: str) -> None:
+    """The first count after the onset is used, also if friction decreases slowly."""
+    for seed in range(6):
+        axis, ramps = random_rig(seed, fall)
+        log = log_of(axis, *play(axis, ramps, SAMPLES, seed))
+        onsets = find_onsets(log, mass_bench(tmp_path), known(axis))
+        assert onsets
+        assert not any(onset.yields for onset in onsets)
+
+
+def test_noise_of_more_than_a_count_is_named(tmp_path: Path) -> None:
+    """The breakaways are found up to a noise of 0.3 counts; above, the message tells the cause."""
+    axis, found = compliant(3, 1e-3, 0.3, tmp_path)
+    assert found.interval.low <= axis.breakaway <= found.interval.high
+    with pytest.raises(UnusableLogs, match=r"constant for 30 samples .* filter the noise") as error:
+        compliant(3, 1e-3, 1.0, tmp_path)
+    assert len(str(error.value)) <= LONGEST
+
+
+def test_the_number_of_breakaways_in_each_direction_is_told(tmp_path: Path) -> None:
+    """Three breakaways backward are too few to cancel an offset."""
+    axis, ramps = random_rig(1, "none")
+    position, effort = play(axis, ramps, SAMPLES, 1)
+    bench = mass_bench(tmp_path)
+    turn = int(np.argmax(position))
+    logs = [log_of(axis, position[:end], effort[:end]) for end in range(turn, SAMPLES, 200)]
+    short = next(
+        log
+        for log in logs
+        if sum(one.direction < 0.0 for one in find_onsets(log, bench, known(axis))) == 3
+    )
+    with pytest.raises(UnusableLogs, match=r"\d+ breakaways forward and 3 backward are usable"):
+        identify_records([], [short], bench, DEFAULT, IdentificationSettings())
+
+
+def test_flicker_is_told_from_a_reversal() -> None:
+    to_and_fro = np.array([0, 0, 1, 2, 3, 3, 2, 1, 0, 0, 1, 2], dtype=float)
+    assert np.array_equal(without_flicker(to_and_fro, 1.0), to_and_fro)
+    flicker = np.array([0, 1, 2, 1, 2, 1, 2, 2, 3, 4], dtype=float)
+    assert without_flicker(flicker, 1.0).tolist() == [0, 1, 2, 2, 2, 2, 2, 2, 3, 4]
+    turned = np.array([0, 1, 2, 1, 2, 1, 1, 0, -1], dtype=float)
+    assert without_flicker(turned, 1.0).tolist() == [0, 1, 1, 1, 1, 1, 1, 0, -1]
+    large = np.array([0, 2, 0, 2, 0, 2], dtype=float)
+    assert np.array_equal(without_flicker(large, 1.0), large)
