@@ -69,7 +69,7 @@ def test_text_and_stdout_and_the_model_s_bytes_twice(drawn: Path) -> None:
     assert piped.out == (drawn / "model.yaml").read_bytes()
     for words in (
         "inertia by weak",
-        "in differences of samples: up to",
+        "differences of samples by up to",
         "identified",
         "interval at 95 %",
         "onsets",

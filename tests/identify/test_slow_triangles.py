@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import msgspec
 import numpy as np
 import pytest
@@ -57,8 +59,9 @@ def triangles(seed: int, speed: float, counts: int, period: float) -> MotionReco
     return make_record("log", np.arange(velocity.size) * period, measured, effort, step, 1.0)
 
 
-def identified(record: MotionRecord) -> Identification:
-    return identify_records([record], [], bench(), "auto", SETTINGS)
+@functools.cache
+def identified(seed: int, speed: float, counts: int, period: float) -> Identification:
+    return identify_records([triangles(seed, speed, counts, period)], [], bench(), "auto", SETTINGS)
 
 
 @pytest.mark.parametrize(
@@ -71,7 +74,7 @@ def test_friction_of_slow_triangles(speed: float, counts: int, period: float) ->
     errors: dict[str, list[float]] = {name: [] for name in truth}
     halves: dict[str, list[float]] = {name: [] for name in truth}
     for seed in range(12):
-        result = identified(triangles(seed, speed, counts, period))
+        result = identified(seed, speed, counts, period)
         for name, value in truth.items():
             one = result.identified[name]
             held[name] += one.low <= value <= one.high
@@ -85,7 +88,7 @@ def test_friction_of_slow_triangles(speed: float, counts: int, period: float) ->
 def test_an_inertia_that_the_encoder_hides_is_refused() -> None:
     """Noise of the encoder exceeds the acceleration that friction does not explain."""
     for seed in range(12):
-        result = identified(triangles(seed, 0.2, 4096, 2e-3))
+        result = identified(seed, 0.2, 4096, 2e-3)
         assert "inertia" in result.refused
         narrowed = result.narrowed.get("inertia")
         assert narrowed is None or narrowed.low <= INERTIA <= narrowed.high

@@ -13,6 +13,7 @@ from frictool.identify.assess.identifiability import (
     Identifiability,
     percent,
     raw_bound,
+    time_constants_text,
     up_to,
 )
 from frictool.identify.assess.noise_filter import noise_ratio
@@ -80,7 +81,7 @@ def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str)
     if raw <= row.target:
         return lines
     if not facts.dynamics_known:
-        known = f"inertia/viscous is known to be {facts.fastest:.3g} to {facts.slowest:.3g} s"
+        known = f"inertia/viscous is known to be {time_constants_text(facts)}"
         return [*lines, f" > low-pass filter chosen beforehand: {known}; narrow enough?  no"]
     best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
     return [

@@ -102,23 +102,29 @@ def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:
         best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
-        behind = f"{up_to(best)} behind the slowest low-pass filter, {facts.fastest:.3g} s"
+        behind = f"with the slowest low-pass filter ({facts.fastest:.3g} s): {up_to(best)}"
     else:
-        behind = (
-            "no low-pass filter can be chosen beforehand, since inertia/viscous may be "
-            f"{facts.fastest:.3g} to {facts.slowest:.3g} s"
-        )
+        known = time_constants_text(facts)
+        behind = f"inertia/viscous ({known}) is too uncertain to choose a low-pass filter"
     averaged = (
-        f"; windows of {best_window(facts)} samples: {percent(precision)} expected"
+        f"; least squares over windows of {best_window(facts)} samples: {percent(precision)} "
+        "expected"
         if math.isfinite(precision)
         else ""
     )
     return f"{worst_case(raw)}; {behind}{averaged}"
 
 
+def time_constants_text(facts: AssessmentInputs) -> str:
+    """Return the a-priori range of inertia/viscous as text, in seconds."""
+    if math.isfinite(facts.slowest):
+        return f"{facts.fastest:.3g} to {facts.slowest:.3g} s"
+    return f"{facts.fastest:.3g} s or more"
+
+
 def worst_case(bound: float) -> str:
     """Return a text on the worst-case relative error `bound` of differences of samples."""
-    return f"worst case of one encoder count in differences of samples: {up_to(bound)}"
+    return f"one encoder count changes differences of samples by {up_to(bound)}"
 
 
 def up_to(bound: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -79,13 +80,12 @@ class RegressionSamples:
         """Return the regressors of inertia, viscous, Coulomb and offset, each (n,)."""
         return self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)
 
-    @property
+    @cached_property
     def own_acceleration(self) -> float:
         """Return the rms acceleration [rad/s^2 | m/s^2] that other regressors do not explain."""
-        others = (*self.columns[1:], *self.loads.values())
-        products = np.array([[one @ other for other in others] for one in others])
-        shared = np.array([one @ self.acceleration for one in others])
-        explained = shared @ np.linalg.lstsq(products, shared, rcond=None)[0]
+        others = np.array([*self.columns[1:], *self.loads.values()])
+        shared = others @ self.acceleration
+        explained = shared @ np.linalg.lstsq(others @ others.T, shared, rcond=None)[0]
         left = self.acceleration @ self.acceleration - explained
         return float(np.sqrt(max(left, 0.0) / self.acceleration.size))
 
