@@ -22,13 +22,13 @@ from frictool.identify.breakaway.position_law import (
     fit_polynomials,
 )
 from frictool.identify.breakaway.unknown_load import load_slope
-from frictool.identify.fit_result import Interval
+from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.identification import Identification, identify_records
 from frictool.identify.methods import DEFAULT, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.ripple_search import missing_ripples
 from frictool.plant.axis import AxisParameters
-from frictool.plant.axis_friction_laws import AxisLaws
+from frictool.plant.axis_friction_laws import AxisLaws, FrictionPositionShape
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
 from tests.support.linear_axis import PERIOD
 from tests.support.loaded_axis import COUNT, Loaded, loaded_axis
@@ -37,6 +37,8 @@ from tests.support.stribeck_rigs import Ramps, play
 LONGEST = 190  # characters of a message
 RATIO = 1.3  # breakaway over Coulomb friction
 USUAL = IdentificationSettings()
+TILT = 0.15  # relative change of the breakaway at 1 rad
+TILTED = FrictionPositionShape(-1.0, 1.0, ((1.0, TILT), (1.0, TILT)), ((1.0, TILT), (1.0, TILT)))
 
 
 def gravity_of(axis: Loaded) -> PositionLoad:
@@ -89,6 +91,52 @@ def test_ramps_alone_separate_a_declared_gravity_from_the_breakaway(seed: int) -
     assert one.half_width < 0.1 * truth
 
 
+@pytest.mark.parametrize("seed", [1, 2, 4, 5])
+def test_ramps_whose_breakaway_varies_leave_the_gravity_of_a_sliding_log(seed: int) -> None:
+    """Friction over position is no reason to take gravity out of the model."""
+    axis = loaded_axis(seed, "gravity", known=False)
+    ramps = ramps_of(axis.truth, gravity_of(axis), laws=AxisLaws(shape=TILTED))
+    found = identify([axis.record, ramps], axis.bench)
+    for name in ("inertia", "viscous", "coulomb"):
+        one = found.identified[name]
+        assert one.low <= axis.truth[name] <= one.high, name
+    assert found.laws is not None
+    assert found.laws.load is not None
+    gravity = found.laws.load.gravity
+    assert gravity is not None
+    for part in ("sine", "cosine"):
+        low, high = getattr(gravity, part).interval
+        assert low <= axis.truth[f"gravity_{part}"] <= high
+    assert found.ramp is not None
+    law = found.ramp.by_position
+    assert law is not None
+    mean = RATIO * axis.truth["coulomb"] * (1.0 + TILT * 0.5 * (law.low + law.high))
+    for powers, level in zip(law.powers, (law.forward, law.backward), strict=True):
+        assert powers[1] == pytest.approx(TILT * powers[0], rel=0.1)
+        assert level.low <= mean <= level.high
+        assert level.half_width < 0.1 * mean
+    assert not any("breakaway" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_ramps_in_one_direction_need_the_largest_load(seed: int) -> None:
+    axis, ramps = heavy(seed)
+    turn = slice(0, int(np.argmax(ramps.position > 0.6)))
+    forward = make_record(
+        "up", ramps.time[turn], ramps.position[turn], ramps.effort[turn], COUNT, 0.0
+    )
+    mechanics = msgspec.structs.replace(axis.bench.mechanics, offset=Quantity(0.0, unit="N m"))
+    bench = msgspec.structs.replace(axis.bench, mechanics=mechanics)
+    with pytest.raises(UnusableLogs, match="from the declared gravity: fewer than 5") as error:
+        identify([forward], declared(bench))
+    assert len(str(error.value)) <= LONGEST
+    most = 1.1 * float(np.hypot(*gravity_of(axis).harmonics[0][1:]))
+    one = identify([forward], declared(bench, most)).identified["breakaway"]
+    truth = RATIO * axis.truth["coulomb"]
+    assert one.low <= truth <= one.high
+    assert 0.8 * most < one.half_width < 1.5 * most
+
+
 def test_the_uncertainty_of_the_subtracted_load_widens_the_interval() -> None:
     """In one direction it adds to the breakaway; in both, at the same positions, it cancels."""
     axis, ramps = heavy(2)
@@ -115,6 +163,41 @@ def test_the_uncertainty_of_the_subtracted_load_widens_the_interval() -> None:
         )
     assert widths[0][1] > widths[0][0] + 0.2
     assert widths[1][1] < widths[1][0] + 0.1
+
+
+def rippled(seed: int, number: float) -> tuple[Loaded, PositionLoad, float]:
+    """Return an axis with a ripple of 8 % of the Coulomb friction, and the ripple's amplitude."""
+    axis = loaded_axis(seed, "", known=False)
+    amplitude = 0.08 * axis.truth["coulomb"]
+    ripple = PositionLoad(harmonics=(LoadHarmonic(number, amplitude, 0.0),))
+    effort = axis.record.effort + ripple.at(axis.record.position)
+    return replace(axis, record=replace(axis.record, effort=effort)), ripple, amplitude
+
+
+@pytest.mark.parametrize("seed", [1, 4, 5])
+@pytest.mark.parametrize("number", [60.0, 160.0, 300.0, 500.0])
+def test_a_ripple_is_in_the_model_or_missing(seed: int, number: float) -> None:
+    """Smoothing windows may hide a ripple from the model, but not from the search."""
+    axis, _, amplitude = rippled(seed, number)
+    fit = run(DEFAULT, [axis.record], axis.bench, USUAL)
+    if fit.load is not None and fit.load.ripple is not None:
+        assert fit.load.ripple.cycles == pytest.approx(number, abs=0.5)
+    else:
+        missing = missing_ripples(fit, [axis.record], axis.bench, USUAL)
+        (one,) = (ripple for ripple in missing if abs(ripple.number - number) < 0.5)
+        assert one.amplitude == pytest.approx(amplitude, rel=0.2)
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_ripple_that_the_windows_hide_widens_the_interval_of_local_ramps(seed: int) -> None:
+    """Ramps within a quarter of a period all begin at about the same phase of the ripple."""
+    axis, ripple, amplitude = rippled(seed, 500.0)
+    strength = RATIO * axis.truth["coulomb"]
+    local = Ramps(strength, 4, 2e-3 * strength, span=15.0 * COUNT)
+    ramps = ramps_of(axis.truth, ripple, local)
+    one = identify([axis.record, ramps], axis.bench).identified["breakaway"]
+    assert one.low <= strength <= one.high
+    assert one.half_width > 0.8 * amplitude
 
 
 def test_no_ripple_is_missing_where_none_acts() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.identify.breakaway.breakaway_fit import ROUNDS, BreakawayFit, fit_breakaway
+from frictool.identify.breakaway.onset_detection import FEWEST_ONSETS
 from frictool.identify.breakaway.onset_friction import OnsetData, onset_data
 from frictool.identify.breakaway.onset_load import (
     FURTHER_ORDERS,
@@ -38,7 +39,7 @@ def inseparable(load: OnsetLoad, why: str) -> UnusableLogs:
     """Return the error for ramps that do not separate the breakaway from a declared load."""
     return UnusableLogs(
         f"these ramps cannot separate the breakaway from the declared {load.what}: {why}; add "
-        "ramps in both directions at the same positions, or a log of sliding"
+        "ramps both ways at the same positions, or a log of sliding"
     )
 
 
@@ -78,7 +79,8 @@ def onset_data_under(
     if not load.free:
         return data
     if data.offset is None:
-        raise inseparable(load, "they have one direction only")
+        missing = "backward" if data.positions.direction[0] > 0.0 else "forward"
+        raise inseparable(load, f"fewer than {FEWEST_ONSETS} are {missing}")
     loads = _fitted_efforts(load.free, data.positions.position)
     return replace(data, positions=replace(data.positions, loads=loads))
 
