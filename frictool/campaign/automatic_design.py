@@ -19,7 +19,6 @@ from msgspec import structs
 from frictool.campaign.draws.default_scenario import response_time
 from frictool.campaign.played_design import DesignTest, longest_step_of
 from frictool.campaign.search_findings import CandidateExamination, SearchFindings
-from frictool.campaign.trials.controller_judge import PlantValues
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import FeedforwardDesign, ProfileDesign
 from frictool.documents.scenario import Scenario
@@ -58,13 +57,6 @@ EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified
 SHORT = 2.5  # duration of a step in the shortened tests, in response times
 AT_REST = 2.25  # time after which the axis must rest in the shortened tests, in response times
 SCREENED = 2  # number of steps in the first shortened test
-# plants that are simulated first, as ends of the ranges: 1 is the high end, -1 the low end
-EXTREMES: tuple[PlantValues, ...] = (
-    {"inertia": 1, "constant": -1, "coulomb": 1, "viscous": 1},
-    {"inertia": -1, "constant": 1, "coulomb": -1, "viscous": -1},
-    {"inertia": 1, "constant": -1, "coulomb": -1, "viscous": -1},
-    {"inertia": -1, "constant": 1, "coulomb": 1, "viscous": 1},
-)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -272,7 +264,7 @@ def _tests(test: DesignTest) -> PlayedTests:
         test.judge,
         test.judges_of_others(short, spec),
         lambda controller, whole: test.worst_at_places(at_places, controller, whole),
-        _hard(test),
+        test.extremes,
         len(test.plants),
     )
 
@@ -291,24 +283,3 @@ def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenari
     return structs.replace(scenario, steps=steps), structs.replace(
         spec, rest=rest, limit_cycle=None
     )
-
-
-def _hard(test: DesignTest) -> tuple[int, ...]:
-    if not test.vertices:
-        return (0,)
-    vertices = test.plants[1 : 1 + test.vertices]
-    return tuple(
-        dict.fromkeys(
-            1 + max(range(len(vertices)), key=lambda k: _likeness(vertices[k], vertices, extreme))
-            for extreme in EXTREMES
-        )
-    )
-
-
-def _likeness(plant: PlantValues, plants: Sequence[PlantValues], extreme: PlantValues) -> float:
-    total = 0.0
-    for name, sign in extreme.items():
-        values = [one[name] for one in plants]
-        low, high = min(values), max(values)
-        total += 0.0 if high == low else sign * (plant[name] - low) / (high - low)
-    return total

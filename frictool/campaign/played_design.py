@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from msgspec import structs
@@ -23,7 +22,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.key_lines import document_error
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.model import Model
-from frictool.documents.quantity import si_unit
+from frictool.documents.quantity import Axis, si_unit
 from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
 from frictool.synth.search.played_tests import JudgedRuns
@@ -38,6 +37,13 @@ OTHERS, MOVED = 30, ((0.2, 0.15), (0.35, 0.37), (0.7, 0.6), (0.85, 0.85))
 PLACES, TARGETS, WORST = 4, 5, 2
 # requirements that an axis violates if it does not reach its target
 REACHED = ("response_time_95_s", "rise_time_s", "static_error", "settling_after_profile")
+# plants that are simulated first, as ends of the ranges: 1 is the high end, -1 the low end
+EXTREMES: tuple[PlantValues, ...] = (
+    {"inertia": 1, "constant": -1, "coulomb": 1, "viscous": 1},
+    {"inertia": -1, "constant": 1, "coulomb": -1, "viscous": -1},
+    {"inertia": 1, "constant": -1, "coulomb": -1, "viscous": -1},
+    {"inertia": -1, "constant": 1, "coulomb": 1, "viscous": 1},
+)
 GOLDEN = 0.6180339887498949  # the multiples of this number, modulo 1, are spread evenly over 0 to 1
 
 
@@ -53,6 +59,7 @@ class DesignTest:
     `vertices`: number of vertices; `plants` begins with the nominal plant and the vertices. If the
     breakaway has a range, these vertices have its upper end, and the vertices whose start is moved
     by half an encoder count have its lower end.
+    `by_default`: True if the scenario is that of `default_scenario`.
     """
 
     model: Model
@@ -63,6 +70,27 @@ class DesignTest:
     names: tuple[str, ...]
     starts: tuple[float, ...]
     vertices: int
+    by_default: bool
+
+    @cached_property
+    def extremes(self) -> tuple[int, ...]:
+        """Return the indices of the vertices nearest to EXTREMES; (0,) if there are no vertices."""
+        if not self.vertices:
+            return (0,)
+        vertices = self.plants[1 : 1 + self.vertices]
+        return tuple(
+            dict.fromkeys(
+                1
+                + max(range(len(vertices)), key=lambda k: _likeness(vertices[k], vertices, extreme))
+                for extreme in EXTREMES
+            )
+        )
+
+    @property
+    def steps(self) -> str:
+        """Return the lengths of the steps, such as "steps of 5 to 50 rad"; "" without steps."""
+        lengths = step_lengths(self.scenario)
+        return f"steps of {lengths_text(lengths, self.scenario.axis)}" if lengths else ""
 
     @cached_property
     def judge(self) -> ControllerJudge:
@@ -88,7 +116,7 @@ class DesignTest:
             vertices = self.plants[first : first + self.vertices]
             plants = [self.plants[0], *vertices, *drawn[index :: len(MOVED)]]
             places = [math.fmod(place + k * GOLDEN, 1.0) for k in range(len(plants))]
-            judges.append(self._judge_at(scenario, spec, plants, places, target))
+            judges.append(self.judge_at(scenario, spec, plants, places, target))
         return tuple(judges)
 
     def judges_of_places(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
@@ -99,7 +127,7 @@ class DesignTest:
         """
         plants = [plant for plant in self.plants for _ in range(PLACES)]
         return tuple(
-            self._judge_at(
+            self.judge_at(
                 scenario,
                 spec,
                 plants,
@@ -127,14 +155,19 @@ class DesignTest:
         only = [plant * PLACES + place for plant in chosen.values() for place in range(PLACES)]
         return [judge(controller, only) for judge in judges]
 
-    def _judge_at(
+    def judge_at(
         self,
         scenario: Scenario,
         spec: Spec,
         plants: Sequence[PlantValues],
         places: Sequence[float],
-        target: float,
+        target: float = 0.0,
     ) -> ControllerJudge:
+        """Return a judge of `plants` in another scenario and with other requirements.
+
+        `places`: shift of each plant's start [encoder counts]. `target`: shift of the targets
+        [encoder counts].
+        """
         moved = structs.replace(
             scenario, steps=tuple(self._moved(step, target) for step in scenario.steps)
         )
@@ -226,6 +259,7 @@ def design_test(
         tuple(names),
         tuple(_starts(model, played, places)),
         len(vertices),
+        scenario is None,
     )
 
 
@@ -244,23 +278,50 @@ def _moved_inwards(model: Model, start: float, places: Sequence[float]) -> list[
     return [start + inwards * place * model.bench.encoder.resolution for place in places]
 
 
+def _likeness(plant: PlantValues, plants: Sequence[PlantValues], extreme: PlantValues) -> float:
+    total = 0.0
+    for name, sign in extreme.items():
+        values = [one[name] for one in plants]
+        low, high = min(values), max(values)
+        total += 0.0 if high == low else sign * (plant[name] - low) / (high - low)
+    return total
+
+
 def _about(scenario: Scenario, vertices: int, drawn: int, ends: bool) -> str:
-    unit = si_unit("position", scenario.axis)
-    count = sum(step.reference is not None for step in scenario.steps)
-    longest = longest_step_of(scenario)
-    steps = f"{count} step{'s' if count != 1 else ''}"
+    lengths = step_lengths(scenario)
+    count = f"{len(lengths)} step{'s' * (len(lengths) > 1)}"
+    steps = f"{count} of {lengths_text(lengths, scenario.axis)}, " if lengths else ""
     on = (
         f"nominal plant, {vertices} vertices {'with largest and smallest breakaway ' * ends}"
         f"from 2 starts within a count, {drawn} drawn plants (seed {scenario.seed})"
     )
-    return (
-        f"{scenario.name}, {steps} of at most {longest:.4g} {unit}, {scenario.seconds:.4g} s; "
-        + (on if drawn > 0 else "nominal plant")
+    return f"{scenario.name}, {steps}{scenario.seconds:.4g} s; " + (
+        on if drawn > 0 else "nominal plant"
     )
+
+
+def step_lengths(scenario: Scenario) -> list[float]:
+    """Return the length of each step of the reference [rad | m]."""
+    place = None if scenario.start is None else scenario.start.value
+    lengths: list[float] = []
+    for step in scenario.steps:
+        if step.reference is not None:
+            if place is not None and step.reference.value != place:
+                lengths.append(abs(step.reference.value - place))
+            place = step.reference.value
+        elif step.ramp_to is not None:
+            place = step.ramp_to.value
+        elif step.sine is not None:
+            place = None  # the reference ends somewhere in the sine
+    return lengths
+
+
+def lengths_text(lengths: Sequence[float], axis: Axis) -> str:
+    """Return the range of at least one length [rad | m] as text, such as "5 to 50 rad"."""
+    low, high = (f"{end(lengths):.4g}" for end in (min, max))
+    return f"{low if low == high else f'{low} to {high}'} {si_unit('position', axis)}"
 
 
 def longest_step_of(scenario: Scenario) -> float:
     """Return the length of the longest step of a scenario [rad | m]."""
-    places = [] if scenario.start is None else [scenario.start.value]
-    places += [step.reference.value for step in scenario.steps if step.reference is not None]
-    return max((abs(b - a) for a, b in pairwise(places)), default=0.0)
+    return max(step_lengths(scenario), default=0.0)

@@ -85,14 +85,14 @@ def command(
     from frictool.identify.excite.promise_document import promise_of
     from frictool.logs.log_reader import read_log
     from frictool.plan.commissioning import next_step
-    from frictool.plan.controller_search import search_refusal
+    from frictool.plan.controller_search import search_answer
 
     document = bench_of(bench)
     specification = load(spec, Spec)
     step = next_step(
         document,
         [read_log(path, document) for path in logs],
-        lambda model: search_refusal(model, specification, note_step),
+        lambda model: search_answer(model, specification, note_step),
         narrow,
     )
     if step.model is not None:

@@ -52,9 +52,10 @@ the certificate contains no norm. The proof does not cover parameters that vary 
 these steps fails, nothing is written and the exit code is 4.
 
 Finally, the controller is simulated with the nominal plant, every vertex (with the largest and the
-smallest breakaway) and 40 drawn plants, in four steps over the travel and a hold, or in the steps
-of --scenario. The last lines are the worst value of each requirement. The exit code is 1 if a
-requirement is not met; the controller is written in either case.
+smallest breakaway) and 40 drawn plants, in steps over the travel, a short step and a hold, or in
+the steps of --scenario. The last lines are the worst value of each requirement. The exit code is 1
+if a requirement is not met; the controller is written in either case. After the default steps are
+passed, shorter steps are simulated; a line states whether they meet the specification.
 """
 
 
@@ -97,7 +98,10 @@ requirement is not met; the controller is written in either case.
 @click.option(
     "--scenario",
     type=existing,
-    help="Steps to simulate (scenario.yaml). [default: four steps over the travel, and a hold]",
+    help=(
+        "Steps to simulate (scenario.yaml). "
+        "[default: steps over the travel, a short step and a hold]"
+    ),
 )
 @click.option("--no-play", is_flag=True, help="Only verify the controller; do not simulate it.")
 @output_option(

@@ -6,11 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from frictool.cli.console_output import note
 from frictool.cli.progress import note_step
 
 if TYPE_CHECKING:
     from frictool.campaign.played_design import DesignTest
+    from frictool.campaign.shorter_steps import ShorterSteps
     from frictool.campaign.trials.controller_judge import PlayedVerdict
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
@@ -22,11 +25,13 @@ class PlayedTest:
     """Simulated test of a controller, and the verdict on it.
 
     compensated: True if the controller has a friction compensation.
+    shorter: verdicts on shorter steps; None if none were simulated.
     """
 
     test: DesignTest
     verdict: PlayedVerdict
     compensated: bool
+    shorter: ShorterSteps | None
 
     @property
     def passed(self) -> bool:
@@ -37,16 +42,30 @@ class PlayedTest:
 
     def lines(self, colour: bool) -> list[str]:
         """Return one line per requirement, then the verdict."""
-        from frictool.campaign.views.played_view import played_lines, rest_line
+        from frictool.campaign.views.played_view import (
+            COLOURS,
+            played_lines,
+            rest_line,
+            shorter_text,
+        )
 
-        *lines, headline = played_lines(self.verdict, self.test.names, self.test.about, colour)
-        return [*lines, *([rest_line(self.verdict)] if self.compensated else []), headline]
+        test = self.test
+        *lines, headline = played_lines(self.verdict, test.names, test.about, test.steps, colour)
+        lines += [rest_line(self.verdict)] if self.compensated else []
+        if self.shorter is not None:
+            text = shorter_text(self.shorter)
+            marked = colour and self.shorter.failed
+            lines.append(click.style(text, fg=COLOURS[None]) if marked else text)
+        return [*lines, headline]
 
     def json(self) -> dict[str, Any]:
         """Return the verdict as JSON values."""
-        from frictool.campaign.views.played_view import played_json
+        from frictool.campaign.views.played_view import played_json, shorter_json
 
-        return played_json(self.verdict, self.test.names, self.test.about)
+        return {
+            **played_json(self.verdict, self.test.names, self.test.about),
+            "shorter_steps": None if self.shorter is None else shorter_json(self.shorter),
+        }
 
 
 def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | None:
@@ -71,6 +90,11 @@ def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | N
 
 
 def play(test: DesignTest, controller: Controller) -> PlayedTest:
-    """Simulate a test with a controller; return the test with the verdict."""
+    """Simulate a test with a controller, then shorter steps if it passes; return the verdicts."""
+    from frictool.campaign.shorter_steps import play_shorter_steps
+    from frictool.campaign.views.played_view import all_met
+
     note_step(f"simulating {len(test.plants)} plants")
-    return PlayedTest(test, test.judge(controller), controller.friction_compensation is not None)
+    verdict = test.judge(controller)
+    shorter = play_shorter_steps(test, controller) if all_met(verdict) else None
+    return PlayedTest(test, verdict, controller.friction_compensation is not None, shorter)

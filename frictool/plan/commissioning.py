@@ -39,6 +39,7 @@ from frictool.identify.identification import Identification, NothingIdentified
 from frictool.identify.orientation import OPPOSITE
 from frictool.logs.log import Log
 from frictool.plan.contained_motion import ContainedDesign
+from frictool.plan.controller_search import SearchAnswer
 from frictool.plan.narrowed_model import bench_for_test, exact_model, narrowed_model
 from frictool.plan.rehearsed_test import rehearsed_ramps, rehearsed_strokes
 from frictool.simulate.default_servo import FEEDFORWARD, feedforward
@@ -77,7 +78,8 @@ class PlanStep:
     - test: test to play; None if the step has no test
     - reached: precision of each identified parameter
     - model: model identified from all logs; None if nothing is identified
-    - enough: True if a controller meets the specification for every plant that the model allows
+    - enough: True if a controller meets the specification for every plant that the model allows, in
+      the steps that `why` names
     - exit_code: exit code of `frictool plan`
     """
 
@@ -90,12 +92,11 @@ class PlanStep:
     exit_code: int = 0
 
 
-# returns the reason for which no controller meets the specification, or None if one does
-Judge = Callable[[Model], str | None]
+Judge = Callable[[Model], SearchAnswer]  # searches for a controller that meets the specification
 
 
 def next_step(
-    bench: Bench, logs: Sequence[Log], refusal_of: Judge, narrow: bool = False
+    bench: Bench, logs: Sequence[Log], answer_of: Judge, narrow: bool = False
 ) -> PlanStep:
     """Return the next step of a commissioning.
 
@@ -105,9 +106,8 @@ def next_step(
         Bench with its a-priori ranges and limits.
     logs
         All logs so far, in any order.
-    refusal_of
-        Function that searches a controller for a model. It returns None if a controller meets the
-        specification, else the reason why none does.
+    answer_of
+        Function that searches a controller for a model, and returns the result.
     narrow
         True to design the controller for the intervals of the logs and not for the bench's ranges.
         This is permissible if the ranges describe only the uncertainty before a measurement, and
@@ -149,7 +149,7 @@ def next_step(
             return _strokes(bench_for_test(bench, model), why, outcome.result, reached)
         except NoSolutionError as error:
             untested = str(error)
-    return _designed(bench, outcome, refusal_of, narrow, untested)
+    return _designed(bench, outcome, answer_of, narrow, untested)
 
 
 def _refusals(result: Identification, names: Sequence[str]) -> str:
@@ -209,7 +209,7 @@ def _compensated(test: PreciseTest, bench: Bench) -> PreciseTest:
 def _designed(
     bench: Bench,
     outcome: IdentifiedModel,
-    refusal_of: Judge,
+    answer_of: Judge,
     narrow: bool,
     untested: str | None,
 ) -> PlanStep:
@@ -223,19 +223,20 @@ def _designed(
     missing = [name for name in SLIDING if name not in known]
     unseen = f"; not identified, range of the bench: {', '.join(missing)}" if missing else ""
     left = narrowed_model(model) if narrow else model
-    refusal = refusal_of(left)
-    if refusal is None:
+    refusal, steps = answer_of(left)
+    if not refusal:
         test, advice = _validation(bench_for_test(bench, model))
-        why = f"`synth` meets this specification for every possible plant; {advice}{unseen}"
+        on = f" in {steps}" if steps else ""
+        why = f"`synth` meets this specification for every possible plant{on}; {advice}{unseen}"
         return PlanStep("validation", why, test, reached, left, enough=True)
-    if not narrow and refusal_of(narrowed_model(model)) is None:
+    if not narrow and not answer_of(narrowed_model(model)).refusal:
         why = (
             "a controller exists for the identified intervals, but none for the ranges of the "
             f"bench ({refusal}); give narrower intervals under `mechanics` of the bench, or give "
             f"--narrow, unless the product needs these ranges{unseen}"
         )
         return PlanStep("ranges", why, None, reached, model, exit_code=EXIT_NO)
-    if refusal_of(exact_model(model)) is not None:
+    if answer_of(exact_model(model)).refusal:
         why = f"no controller is found even for exact parameters: {refusal}{unseen}"
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
     wanted = {

@@ -3,23 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 from frictool.campaign.automatic_design import design_automatically
 from frictool.campaign.played_design import design_test, untested_reason
+from frictool.campaign.shorter_steps import play_shorter_steps
+from frictool.campaign.views.played_view import shorter_text
 from frictool.campaign.views.search_view import refusal
 from frictool.documents.model import Model
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
+from frictool.synth.search.candidate_controller import CandidateControllers
 
 
-def search_refusal(model: Model, spec: Spec, progress: Callable[[str], None]) -> str | None:
-    """Return None if a controller for the specification is found, else the reason why not."""
+class SearchAnswer(NamedTuple):
+    """Result of a search for a controller.
+
+    - refusal: reason why no controller meets the specification; "" if one does
+    - steps: steps in which the controller meets the specification, as text
+    """
+
+    refusal: str
+    steps: str = ""
+
+
+def search_answer(model: Model, spec: Spec, progress: Callable[[str], None]) -> SearchAnswer:
+    """Search for a controller that meets the specification, and return the result."""
     unjudged = untested_reason(model, spec)
     if unjudged:
-        return unjudged
+        return SearchAnswer(unjudged)
     try:
         test = design_test(model, spec)
         found = design_automatically(test, progress)
     except FrictoolError as error:
-        return str(error)
-    return None if found.passed else refusal(found)
+        return SearchAnswer(str(error))
+    if not found.passed:
+        return SearchAnswer(refusal(found))
+    shorter = play_shorter_steps(test, CandidateControllers(model, spec)(found.design))
+    return SearchAnswer("", test.steps + ("" if shorter is None else f"; {shorter_text(shorter)}"))

@@ -94,10 +94,9 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     if required >= slowest.time + allowance:
         return
     raise NoSolutionError(
-        f"response_time_95_s: found {required:.4g} s; on a step of {length:.4g} "
-        f"{si_unit('position', model.axis)}, the drive needs {slowest.time:.4g} s "
-        f"({_described(slowest.plant, limited)}) and the loop {allowance:.4g} s; raise the time "
-        f"or {limit}"
+        f"response_time_95_s: found {required:.4g} s; a step of {length:.4g} "
+        f"{si_unit('position', model.axis)} needs up to {slowest.time + allowance:.4g} s "
+        f"(drive {slowest.time:.4g} s); raise it or {limit}, or shorten steps (synth --scenario)"
     ).at("spec", "response_time_95_s")
 
 
@@ -172,11 +171,16 @@ def _with_drive_peak(model: Model, spec: Spec) -> tuple[Model, str]:
     return structs.replace(model, bench=bench), "drive_peak"
 
 
+def resting_error(model: Model, spec: Spec) -> float:
+    """Return the error [rad | m] with which the axis may rest: static_error, at least one count."""
+    return max(model.bench.encoder.resolution, _static_error(spec))
+
+
 def shortest_step(model: Model, spec: Spec) -> float:
     """Return the length [rad | m] of the shortest step to which a response time can apply."""
-    resolution, travel = model.bench.encoder.resolution, model.bench.mechanics.travel
-    error = max(resolution, _static_error(spec))
-    return min(error / ZONE, math.inf if travel is None else travel.high - travel.low)
+    travel = model.bench.mechanics.travel
+    longest = math.inf if travel is None else travel.high - travel.low
+    return min(resting_error(model, spec) / ZONE, longest)
 
 
 def _static_error(spec: Spec) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,8 +13,17 @@ import pytest
 from msgspec.structs import replace
 
 from frictool.campaign.draws.default_scenario import default_scenario
-from frictool.campaign.played_design import DRAWN, PLACES, TARGETS, design_test, untested_reason
+from frictool.campaign.played_design import (
+    DRAWN,
+    PLACES,
+    TARGETS,
+    design_test,
+    step_lengths,
+    untested_reason,
+)
+from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
+from frictool.documents.scenario import Scenario, Sine, Step
 from frictool.documents.spec import Spec
 from studies.rigs.clutch_model import ROOT, clutch_model
 
@@ -29,6 +39,57 @@ def test_the_default_steps_are_those_of_5_4_1() -> None:
     assert [step.seconds for step in steps.steps] == pytest.approx([1.1, 1.1, 1.1, 16.1])
     short = default_scenario(clutch_model(), replace(SPEC, rest=None))
     assert [step.seconds for step in short.steps] == pytest.approx([1.1] * 4)
+
+
+def test_a_short_step_follows_the_first_if_the_static_error_is_small() -> None:
+    coarse = 2.0 * math.pi / 20.0  # rad, an encoder count
+    for counts, error, overshoot, length in (
+        (5600.0, 0.01, 5.0, 5.04),
+        (5600.0, 0.4, 5.0, 8.0),
+        (20.0, 0.01, 5.0, 20.0 * coarse),
+        (5600.0, 0.1, 1.0, 10.0),  # the axis may rest 0.1 rad beyond the target
+    ):
+        model = clutch_model()
+        encoder = replace(model.bench.encoder, counts_per_revolution=counts)
+        model = replace(model, bench=replace(model.bench, encoder=encoder))
+        static_error = Quantity(value=error, unit="rad")
+        spec = replace(SPEC, static_error=static_error, overshoot_percent=overshoot)
+        steps = default_scenario(model, spec)
+        lengths = [50.4, length, 50.4 - length, 30.24, 20.16]
+        assert step_lengths(steps) == pytest.approx(lengths)
+        assert steps.steps[1].duration_s == pytest.approx(1.1)
+    large = Quantity(value=20.16 / 20.0 / 1.1, unit="rad")  # the short step is hardly shorter
+    for spec in (
+        replace(SPEC, static_error=large),
+        replace(SPEC, static_error=None, overshoot_percent=0.0),
+    ):
+        assert len(step_lengths(default_scenario(clutch_model(), spec))) == 4
+
+
+def test_the_lengths_are_those_of_steps_and_not_of_ramps_and_sines() -> None:
+    def at(value: float) -> Quantity:
+        return Quantity(value=value, unit="rad")
+
+    scenario = Scenario(
+        format="scenario/1",
+        name="mixed",
+        axis="rotary",
+        start=at(1.0),
+        steps=(
+            Step(reference=at(3.0), duration_s=1.0),
+            Step(hold_s=15.0),
+            Step(ramp_to=at(10.0), duration_s=1.0),
+            Step(reference=at(9.0), duration_s=1.0),
+            Step(reference=at(9.0), duration_s=1.0),
+            Step(sine=Sine(amplitude=at(1.0), frequency_hz=1.0), duration_s=0.3),
+            Step(reference=at(4.0), duration_s=1.0),
+            Step(reference=at(4.5), duration_s=1.0),
+        ),
+    )
+    assert step_lengths(scenario) == [2.0, 1.0, 0.5]
+    test = design_test(clutch_model(), SPEC, scenario)
+    assert test.steps == "steps of 0.5 to 2 rad"
+    assert "mixed, 3 steps of 0.5 to 2 rad, " in test.about
 
 
 def test_the_plants_are_nominal_vertices_and_drawn_plants() -> None:

@@ -30,6 +30,7 @@ from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log
 from frictool.plan import commissioning, rehearsed_test
 from frictool.plan.commissioning import PlanStep, next_step
+from frictool.plan.controller_search import SearchAnswer
 from frictool.plan.narrowed_model import bench_for_test, exact_model, narrowed_bench
 from frictool.plan.rehearsal import HalfWidthSample
 from frictool.simulate import play
@@ -53,12 +54,18 @@ static_error: {value: 0.002, unit: m}
 BELT: Bench = next(bench for bench in benches() if bench.name == "belt")
 
 
-def passing(model: Model) -> str | None:
-    return None
+PASSED, TOO_SLOW = (
+    SearchAnswer("", "steps of 1 to 5 m; shorter steps: met"),
+    SearchAnswer("too slow"),
+)
 
 
-def refusing(model: Model) -> str | None:
-    return "too slow"
+def passing(model: Model) -> SearchAnswer:
+    return PASSED
+
+
+def refusing(model: Model) -> SearchAnswer:
+    return TOO_SLOW
 
 
 def played(step: PlanStep, number: int) -> Log:
@@ -115,24 +122,25 @@ def test_enough_and_its_validation(logs: tuple[Log, Log]) -> None:
     step = next_step(BELT, logs, passing)
     assert step.enough
     assert step.name == "validation"
+    assert "for every possible plant in steps of 1 to 5 m; shorter steps: met; validate" in step.why
     assert step.test is not None
     assert step.test.sequence.kind == "steps"
     assert {one.parameter for one in step.reached} >= {"inertia", "coulomb", "breakaway"}
 
 
 def test_ranges_of_the_bench_that_prevent_a_controller(logs: tuple[Log, Log]) -> None:
-    def over_the_logs_only(model: Model) -> str | None:
+    def over_the_logs_only(model: Model) -> SearchAnswer:
         low, high = model.bench.mechanics.coulomb.interval
-        return None if high - low < 2.5 else "too slow"  # the test promises 2.25
+        return PASSED if high - low < 2.5 else TOO_SLOW  # the test promises 2.25
 
     step = next_step(BELT, logs, over_the_logs_only)
     assert (step.name, step.exit_code, step.test) == ("ranges", EXIT_NO, None)
     assert next_step(BELT, logs, over_the_logs_only, narrow=True).enough
 
 
-def exact_only(model: Model) -> str | None:
+def exact_only(model: Model) -> SearchAnswer:
     low, high = model.parameters.coulomb.interval
-    return None if low == high else "too slow"
+    return PASSED if low == high else TOO_SLOW
 
 
 def test_intervals_that_are_too_wide_are_halved(logs: tuple[Log, Log]) -> None:
@@ -178,9 +186,9 @@ def test_a_parameter_that_the_strokes_do_not_show_keeps_the_range_of_the_bench(
     monkeypatch.setattr(commissioning, "identify", lambda *_: outcome)
     judged = []
 
-    def inertia_of(model: Model) -> str | None:
+    def inertia_of(model: Model) -> SearchAnswer:
         judged.append(model.bench.mechanics.inertia.interval)
-        return None
+        return PASSED
 
     step = next_step(BELT, logs, inertia_of)
     assert step.enough
@@ -207,9 +215,9 @@ def test_a_bench_on_which_no_strokes_are_safe_is_judged_by_its_ranges(
         assert reason in step.why
 
 
-def ranged(model: Model) -> str | None:
+def ranged(model: Model) -> SearchAnswer:
     low, high = model.bench.mechanics.coulomb.interval
-    return None if low == high else "too slow"
+    return PASSED if low == high else TOO_SLOW
 
 
 def test_strokes_that_show_nothing_are_repeated_once_with_other_reversals(

@@ -1,22 +1,32 @@
-"""Default scenario that tests a controller: four steps, from the bench and the specification.
+"""Default scenario that tests a controller: steps, from the bench and the specification.
 
 The axis starts at 8 % of the travel and steps to 88, 8, 56 and 24 %, as in thesis 5.4.1 (5, 55, 5,
-35 and 15 rad of 63 rad). Each step lasts 5 response times. The last step is longer if `rest` or
-`limit_cycle` is specified: by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, and by the
-longer time for both.
+35 and 15 rad of 63 rad). A loop with dry friction and a limited drive is nonlinear: some loops
+overshoot in short steps only. A short step back therefore follows the first step. It is a tenth as
+long, but at least so long that the allowed static error and an encoder count are at most 5 % of it
+and at most the allowed overshoot. It is left out unless it is over 1.2 times shorter than the other
+steps. Each step lasts 5 response times. The last step is longer if `rest` or `limit_cycle` is
+specified: by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, and by the longer time for both.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity, si_unit
 from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
+from frictool.synth.feasibility import resting_error, shortest_step
 
 START, TARGETS = 0.08, (0.88, 0.08, 0.56, 0.24)  # positions, relative to the travel
+PLACES = (START, *TARGETS)  # positions in the order in which the axis visits them
 LONGEST = max(TARGETS) - START  # longest step, relative to the travel
+SHORTEST = min(abs(b - a) for a, b in pairwise(PLACES))  # shortest of these steps, as LONGEST
+SHORT_PART = 0.1  # length of the short step, relative to the longest step
+SAME = 1.2  # steps with a smaller ratio of their lengths count as equally long
 PART = 5.0  # duration of each step, in response times
 WITHOUT_TRAVEL = 1000.0  # longest step on a bench without travel, in encoder steps
 WITHOUT_RESPONSE = 1000.0  # response time without response_time_95_s, in samples
@@ -35,32 +45,68 @@ def response_time(model: Model, spec: Spec) -> float:
     return specified or WITHOUT_RESPONSE * model.bench.sample_period_s
 
 
+def short_step(model: Model, spec: Spec) -> float | None:
+    """Return the length of the short default step [rad | m]; None if there is none."""
+    length = max(SHORT_PART * longest_step(model), shortest_step(model, spec))
+    overshoot = spec.overshoot_percent
+    if overshoot is not None:  # the axis may rest beyond the target
+        error = 100.0 * resting_error(model, spec)
+        length = max(length, error / overshoot if overshoot > 0.0 else math.inf)
+    return length if SAME * length < shortest_travel_step(model) else None
+
+
+def shortest_travel_step(model: Model) -> float:
+    """Return the length of the shortest default step except the short one [rad | m]."""
+    return SHORTEST / LONGEST * longest_step(model)
+
+
 def default_scenario(model: Model, spec: Spec) -> Scenario:
-    """Return a scenario with four steps within the travel of the model's bench.
+    """Return a scenario with steps within the travel of the model's bench.
 
     The last step is long enough to decide `rest` and `limit_cycle`, if they are specified.
     """
-    travel, unit = model.bench.mechanics.travel, si_unit("position", model.axis)
-    low = 0.0 if travel is None else travel.low
-    span = longest_step(model) / LONGEST
-    period = model.bench.sample_period_s
-    seconds = math.ceil(PART * response_time(model, spec) / period) * period
+    targets = [place_on_travel(model, share) for share in TARGETS]
+    short = short_step(model, spec)
+    if short is not None:
+        targets.insert(1, targets[0] - short)
+    seconds = step_duration(model, spec)
     hold = max(
         0.0 if spec.rest is None else spec.rest.after_s,
         0.0 if spec.limit_cycle is None else CYCLE_S,
     )
-    last = len(TARGETS) - 1
+    durations = [seconds] * (len(targets) - 1) + [seconds + hold]
+    return steps_scenario(model, place_on_travel(model, START), targets, durations)
+
+
+def place_on_travel(model: Model, share: float) -> float:
+    """Return the position [rad | m] at `share` of the travel, 0 (low end) to 1 (high end)."""
+    travel = model.bench.mechanics.travel
+    low = 0.0 if travel is None else travel.low
+    return low + share * (longest_step(model) / LONGEST)
+
+
+def step_duration(model: Model, spec: Spec) -> float:
+    """Return the duration of a default step [s], a multiple of the sample period."""
+    period = model.bench.sample_period_s
+    return math.ceil(PART * response_time(model, spec) / period) * period
+
+
+def steps_scenario(
+    model: Model, start: float, targets: Sequence[float], durations: Sequence[float]
+) -> Scenario:
+    """Return a scenario that steps from `start` to each of `targets` [rad | m].
+
+    `durations`: duration of each step [s].
+    """
+    unit = si_unit("position", model.axis)
     return Scenario(
         format="scenario/1",
         name="steps over the travel",
         axis=model.axis,
         drive=model.bench.actuator.drive,
-        start=Quantity(value=low + START * span, unit=unit),
+        start=Quantity(value=start, unit=unit),
         steps=tuple(
-            Step(
-                reference=Quantity(value=low + share * span, unit=unit),
-                duration_s=seconds + (hold if index == last else 0.0),
-            )
-            for index, share in enumerate(TARGETS)
+            Step(reference=Quantity(value=target, unit=unit), duration_s=duration)
+            for target, duration in zip(targets, durations, strict=True)
         ),
     )

@@ -8,20 +8,22 @@ from typing import Any
 
 import click
 
+from frictool.campaign.shorter_steps import ShorterStep, ShorterSteps
 from frictool.campaign.trials.controller_judge import PlayedRequirement, PlayedVerdict
-from frictool.documents.metric_table import requirement_title
+from frictool.documents.metric_table import REQUIREMENTS, requirement_title
 
 COLOURS = {True: "green", False: "red", None: "yellow"}
 OUTCOMES = {True: "MET", False: "NOT MET", None: "UNDECIDED"}
 
 
 def played_lines(
-    verdict: PlayedVerdict, plants: Sequence[str], scenario: str, colour: bool = False
+    verdict: PlayedVerdict, plants: Sequence[str], scenario: str, steps: str, colour: bool = False
 ) -> list[str]:
     """Return a line for each requirement with its worst plant, then a line with the verdict.
 
     `plants`: names of the plants by index.
     `scenario`: description of the scenario.
+    `steps`: text on the lengths of its steps, or "".
     """
     many = f"{len(plants)} plant{'s' if len(plants) > 1 else ''}"
     met, broken, undecided = (
@@ -31,7 +33,8 @@ def played_lines(
     parts += [f"{broken} broken"] if broken else []
     parts += [f"{undecided} undecided"] if undecided else []
     counted = "" if all_met(verdict) else f"; {meeting(verdict)} of {many} meet them all"
-    headline = f"{'PASS' if all_met(verdict) else 'FAIL'}: {', '.join(parts)}, on {many}{counted}"
+    where = f"on {many} in {steps}" if steps else f"on {many}"
+    headline = f"{'PASS' if all_met(verdict) else 'FAIL'}: {', '.join(parts)}, {where}{counted}"
     return [
         f"played: {scenario}",
         *(_line(one, plants, colour) for one in verdict.requirements),
@@ -75,6 +78,12 @@ def played_json(verdict: PlayedVerdict, plants: Sequence[str], scenario: str) ->
         "passed": all_met(verdict),
         "plants": len(plants),
         "plants_that_meet_all": meeting(verdict),
+        **_judged_json(verdict, plants),
+    }
+
+
+def _judged_json(verdict: PlayedVerdict, plants: Sequence[str]) -> dict[str, Any]:
+    return {
         "requirements": [
             {
                 "key": one.metric.key,
@@ -89,6 +98,59 @@ def played_json(verdict: PlayedVerdict, plants: Sequence[str], scenario: str) ->
             for one in verdict.requirements
         ],
         "not_simulated": {plants[index]: reason for index, reason in verdict.failed.items()},
+    }
+
+
+def shorter_text(shorter: ShorterSteps) -> str:
+    """Return a sentence on the requirements in steps that are shorter than those of the test."""
+    if not shorter.failed:
+        unjudged = [
+            requirement_title(REQUIREMENTS[key].requirement_name) for key in shorter.not_judged
+        ]
+        return (
+            f"{_lengths(shorter.steps, shorter.unit)}: requirements met on {len(shorter.plants)} "
+            f"plant{'s' if len(shorter.plants) > 1 else ''}"
+            + (f" ({' and '.join(unjudged)} not judged)" if unjudged else "")
+        )
+    failing = [step for step in shorter.steps if step.failed]
+    return (
+        f"{_lengths(failing, shorter.unit)}: requirements not met, {_worst(shorter)}; if the axis "
+        "makes such steps, pass them to synth --scenario"
+    )
+
+
+def _lengths(steps: Sequence[ShorterStep], unit: str) -> str:
+    lengths = dict.fromkeys(f"{step.length:.3g}" for step in steps)
+    return f"shorter steps of {', '.join(lengths)} {unit}"
+
+
+def _worst(shorter: ShorterSteps) -> str:
+    if shorter.worst is None:
+        step = next(step for step in shorter.steps if step.failed)
+        return next(iter(step.verdict.failed.values()))
+    step, one = shorter.worst
+    title, unit = requirement_title(one.metric.name), one.metric.unit.replace("^2", "²")
+    limit = f"{one.metric.relation} {one.metric.limit:.4g} {unit}".rstrip()
+    value = f"{one.value:.4g} {unit}".rstrip() if math.isfinite(one.value) else "not reached"
+    return f"{title} {value} at {step.length:.3g} {shorter.unit} (allowed {limit})"
+
+
+def shorter_json(shorter: ShorterSteps) -> dict[str, Any]:
+    """Return the verdicts on shorter steps as JSON values."""
+    return {
+        "message": shorter_text(shorter),
+        "met": not shorter.failed,
+        "plants": len(shorter.plants),
+        "unit": shorter.unit,
+        "not_judged": list(shorter.not_judged),
+        "steps": [
+            {
+                "length": step.length,
+                "start": step.start,
+                **_judged_json(step.verdict, shorter.plants),
+            }
+            for step in shorter.steps
+        ],
     }
 
 
