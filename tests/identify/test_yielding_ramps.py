@@ -37,10 +37,13 @@ def log_of(axis: AxisParameters, position: Vector, effort: Vector) -> MotionReco
 
 
 def compliant(
-    seed: int, yields: float, sensor: float, folder: Path
+    seed: int, yields: float, sensor: float, folder: Path, fall: str = "none"
 ) -> tuple[AxisParameters, Breakaway]:
-    """Return an axis and the breakaway from its ramps; the arguments are those of `play`."""
-    axis, ramps = random_rig(seed, "none")
+    """Return an axis and the breakaway from its ramps.
+
+    The arguments are those of `play` and `random_rig`.
+    """
+    axis, ramps = random_rig(seed, fall)
     ramps = ramps._replace(counts=max(ramps.counts, 6))
     log = log_of(axis, *compliant_axis.play(axis, ramps, SAMPLES, seed, yields, sensor))
     with np.errstate(all="raise"):
@@ -54,6 +57,16 @@ def test_a_count_by_which_the_drive_train_yields_is_no_onset(tmp_path: Path, see
     axis, found = compliant(seed, yields, 0.0, tmp_path)
     assert found.interval.low <= axis.breakaway <= found.interval.high
     assert found.interval.value == pytest.approx(axis.breakaway, rel=0.05)
+
+
+@pytest.mark.parametrize("fall", ["fast", "mid", "slow"])
+def test_friction_may_fall_slowly_behind_a_drive_train_that_yields(
+    tmp_path: Path, fall: str
+) -> None:
+    for seed in range(6):
+        yields = 10.0 ** np.random.default_rng([seed, 7]).uniform(-0.7, 0.5)
+        axis, found = compliant(seed, yields, 0.0, tmp_path, fall)
+        assert found.interval.low <= axis.breakaway <= found.interval.high
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -1,8 +1,8 @@
 """Axis whose drive train yields before the axis breaks away, and its breakaway ramps.
 
 At rest, a spring and a damper connect the axis to the ground. If the force of the spring reaches
-the breakaway, the spring lets go, and Coulomb and viscous friction act. If the axis stops, the
-spring holds it, with a force equal to the Coulomb friction.
+the breakaway, the spring lets go, and the friction of a Stribeck curve with the exponent 2 acts. If
+the axis stops, the spring holds it, with a force equal to the Coulomb friction.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def _play(
 ) -> None:
     """Fill `position` (n,) [counts] and `effort` (n,) [N m | N]; `noise` (n,) [counts] is added to
     the position before it is rounded to counts."""
-    inertia, viscous, coulomb, breakaway, step = axis
+    inertia, viscous, coulomb, breakaway, step, stribeck = axis
     rate, counts, span = test
     damper, h = 2.0 * DAMPING * math.sqrt(stiffness * inertia), PERIOD / SUBSTEPS
     x, v, anchor, stuck = 0.3 * step, 0.0, 0.3 * step, True
@@ -45,7 +45,9 @@ def _play(
                 stuck = abs(stiffness * (x - anchor)) < breakaway
             else:
                 way = math.copysign(1.0, v)
-                after = v + h / inertia * (side * level - way * coulomb - viscous * v)
+                left = math.exp(-((v / stribeck) ** 2)) if stribeck > 0.0 else 0.0
+                friction = coulomb + (breakaway - coulomb) * left
+                after = v + h / inertia * (side * level - way * friction - viscous * v)
                 stuck = after * way <= 0.0
                 v = 0.0 if stuck else after
                 x += h * v
@@ -71,7 +73,16 @@ def play(
     draw = np.random.default_rng(seed)
     position, effort = np.empty(samples), np.empty(samples)
     _play(
-        np.array([axis.inertia, axis.viscous, axis.coulomb, axis.breakaway, step]),
+        np.array(
+            [
+                axis.inertia,
+                axis.viscous,
+                axis.coulomb,
+                axis.breakaway,
+                step,
+                axis.laws.stribeck_velocity,
+            ]
+        ),
         np.array([ramps.rate, ramps.counts, max(15.0 * step, ramps.span)]),
         axis.breakaway / (counts * step),
         sensor * draw.standard_normal(samples),
