@@ -5,9 +5,9 @@ if at most three samples, which resampling can add, separate this hold from the 
 step starts at the first sample at which the reference has left the previous hold.
 
 The first hold begins with a step from the initial position if the axis moves at least half of the
-distance to the reference. A jump of at most one sensor step is not a step: a reference replayed
-from an encoder contains such jumps during slow motion. A smooth reference has neither holds nor
-steps.
+distance to the reference. A distance of at most one sensor step is not a step: a reference replayed
+from an encoder contains such jumps during slow motion, and the position of a resting axis is known
+to within one sensor step. A smooth reference has neither holds nor steps.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def holds_of(
         if (
             before is not None
             and start - before.stop <= TRANSITION_SAMPLES
-            and abs(target - before.target) > (1.0 + 1e-6) * resolution
+            and _is_step(target - before.target, resolution)
         ):
             holds.append(Hold(before.stop, stop, target, before.target))
         else:
@@ -83,13 +83,17 @@ def holds_of(
                     start,
                     stop,
                     target,
-                    _initial_origin(position[:stop], target) if start == 0 else None,
+                    _initial_origin(position[:stop], target, resolution) if start == 0 else None,
                 )
             )
     return tuple(holds)
 
 
-def _initial_origin(position: Vector, target: float) -> float | None:
-    distance = abs(target - float(position[0]))
-    moves = distance > 0.0 and float(np.ptp(position)) >= 0.5 * distance
-    return float(position[0]) if moves else None
+def _is_step(distance: float, resolution: float) -> bool:
+    return abs(distance) > (1.0 + 1e-6) * resolution
+
+
+def _initial_origin(position: Vector, target: float, resolution: float) -> float | None:
+    distance = target - float(position[0])
+    moves = float(np.ptp(position)) >= 0.5 * abs(distance)
+    return float(position[0]) if moves and _is_step(distance, resolution) else None

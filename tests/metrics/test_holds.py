@@ -25,6 +25,15 @@ def test_a_record_that_begins_with_its_step_has_it_from_the_initial_position() -
     assert still.origin is None
 
 
+def test_a_start_within_one_count_of_the_reference_is_no_step() -> None:
+    """A load moves the resting axis by a count or more while the loop holds the position."""
+    reference = np.full(200, 1.0)
+    position = 1.0 + 0.01 * np.repeat([-1.0, 1.0, 0.0], [10, 20, 170])
+    for resolution, origin in ((0.01, None), (0.005, 0.99)):
+        (hold,) = find_holds(reference, position, resolution)
+        assert hold.origin == origin
+
+
 def test_a_smooth_reference_has_no_hold() -> None:
     time = np.arange(2000) * 1e-3
     assert find_holds(np.sin(time), np.sin(time)) == ()
