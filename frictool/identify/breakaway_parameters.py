@@ -71,9 +71,8 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
         onsets = [one for record in logs.ramps for one in find_onsets(record, logs.bench, axis)]
         forward = sum(one.direction > 0.0 for one in onsets)
         raise UnusableLogs(
-            f"{forward} breakaways forward and {len(onsets) - forward} backward are usable, and "
-            f"neither a log nor the bench gives the offset; needed: {FEWEST_ONSETS} in each "
-            "direction, or mechanics.offset in the bench"
+            f"found {forward} breakaways forward, {len(onsets) - forward} backward, and no known "
+            f"offset; needed: {FEWEST_ONSETS} in each direction, or mechanics.offset in the bench"
         )
     if min(ramp.forward, ramp.backward) <= 0.0:
         side = "forward" if ramp.forward <= 0.0 else "backward"

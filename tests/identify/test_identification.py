@@ -89,7 +89,7 @@ def test_a_ramp_in_one_direction_needs_an_offset_that_someone_knows() -> None:
         log,
         **{name: getattr(log, name)[:first] for name in ("time", "position", "effort", "piece")},
     )
-    with pytest.raises(NothingIdentified, match="0 backward are usable, and neither a log"):
+    with pytest.raises(NothingIdentified, match="0 backward, and no known offset"):
         identify_records([], [one_way], clutch(), DEFAULT, IdentificationSettings())
     both = identify_records(
         [record(sines(1))], [one_way], clutch(), DEFAULT, IdentificationSettings()

@@ -314,9 +314,9 @@ def onset_data(
         share = min(map(share_at_rest, records))
         if share < REST_SHARE:
             raise UnusableLogs(
-                f"found {len(onsets)} breakaways: the position is constant for {REST} samples or "
-                f"more in {100 * share:.2g} % of the log, needed: {100 * REST_SHARE:g} %; rest "
-                "before each ramp, or filter the noise of the position"
+                f"found {len(onsets)} breakaways: the axis rests for {REST} samples or more in "
+                f"{100 * share:.2g} % of the log, needed: {100 * REST_SHARE:g} %; rest before "
+                "each ramp, or filter the position"
             )
         raise UnusableLogs(
             f"found {forward} breakaways forward and {len(onsets) - forward} backward under an "
