@@ -17,6 +17,7 @@ from frictool.documents.registry import load
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.measurement.loop_lag import loop_lag
 from frictool.identify.measurement.reversals import reversals
+from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
 from studies.command_line import run
 from studies.rigs.identification_rigs import CLUTCH, clutch, record
@@ -96,13 +97,67 @@ def test_no_backlash_is_said_and_a_coarse_encoder_does_not_tell_a_small_width() 
     assert "no sign of backlash" in str(gap)
     assert isinstance(late, Interval)
     assert late.low <= 0.0 <= late.high
-    small = TRUTH._replace(backlash=1.0)
-    assert "too wide to be useful" in str(
-        reversals([record(sines(0, small), small)], clutch(), 0.95)[0]
+    small = TRUTH._replace(backlash=0.3)
+    assert isinstance(reversals([record(sines(0, small), small)], clutch(), 0.95)[0], UnusableLogs)
+
+
+@pytest.mark.parametrize(("backlash", "seed"), [(3.0, 0), (2.0, 1), (2.0, 2), (1.0, 1), (1.0, 2)])
+def test_a_coarse_encoder_gives_no_wrong_width(backlash: float, seed: int) -> None:
+    """56 counts per revolution: a backlash of 1 rad is 9 counts."""
+    truth = TRUTH._replace(backlash=backlash)
+    width = reversals([record(sines(seed, truth), truth)], clutch(), 0.95)[0]
+    if isinstance(width, Interval):
+        assert width.low <= backlash <= width.high
+    else:
+        assert backlash < 2.0
+
+
+def spring_of_throttle(position: Vector) -> Vector:
+    """Effort [N m] of a preloaded return spring, 0.05 to 0.35 N m over the travel of 63 rad."""
+    return 0.05 + 0.3 * position / 63.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_return_spring_is_no_backlash(seed: int) -> None:
+    """The drive also holds the spring along the same motion."""
+    tight = TRUTH._replace(encoder_step=FINE_STEP, backlash=0.0)
+    log = record(sines(seed, tight), tight)
+    gap, late = reversals(
+        [replace(log, effort=log.effort + spring_of_throttle(log.position))], clutch(), 0.95
     )
-    width = reversals([record(sines(0))], clutch(), 0.95)[0]
-    assert isinstance(width, Interval)
-    assert width.low <= TRUTH.backlash <= width.high
+    assert "no sign of backlash" in str(gap)
+    assert isinstance(late, Interval)
+    assert abs(late.value) < 1e-3
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_backlash_is_measured_under_a_return_spring(seed: int) -> None:
+    truth = TRUTH._replace(encoder_step=FINE_STEP, backlash=2.0)
+    log = record(sines(seed, truth), truth)
+    gap = reversals(
+        [replace(log, effort=log.effort + spring_of_throttle(log.position))], clutch(), 0.999
+    )[0]
+    assert isinstance(gap, Interval)
+    assert gap.low <= 2.0 <= gap.high
+    assert gap.half_width < 0.3
+
+
+@pytest.mark.parametrize("distance", [1.0, 4.0])
+@pytest.mark.parametrize("shape", ["presliding", "elastic"])
+def test_a_gradual_rise_is_no_backlash(shape: str, distance: float) -> None:
+    """After a reversal, friction rises from -C to C over some distance: exponentially with
+    presliding (Dahl), linearly while a soft shaft winds up. Half of the friction rises so."""
+    tight = TRUTH._replace(encoder_step=FINE_STEP, backlash=0.0)
+    log = record(sines(0, tight), tight)
+    strokes = find_strokes(log)
+    left = (
+        np.exp(-strokes.advance / distance)
+        if shape == "presliding"
+        else np.clip(1.0 - strokes.advance / distance, 0.0, 1.0)
+    )
+    effort = log.effort - TRUTH.coulomb * strokes.sign * left
+    gap = reversals([replace(log, effort=effort)], clutch(), 0.95)[0]
+    assert "elastic drive train" in str(gap)
 
 
 def test_the_command_measures_the_bench(tmp_path: Path) -> None:

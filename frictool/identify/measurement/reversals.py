@@ -1,7 +1,7 @@
 """Backlash from the effort after reversals, and delay of the position relative to the effort.
 
     effort = inertia a + (viscous v + coulomb s) [advance >= width] + brush s [advance < width]
-             + offset - delay d(effort)/dt
+             + offset + other causes - delay d(effort)/dt
 
 s is the sign of the velocity v, and a the acceleration. `advance` is the distance since the last
 reversal, and [...] is 1 if the condition holds, else 0. The equation is used in the weak form
@@ -13,21 +13,31 @@ delay, until the remaining delay is nearly 0. Rows inside the backlash are not u
 because the motor's friction looks like a delay. These rows are excluded with the larger of two
 upper ends of the backlash: that of the estimated interval, and that of the interval in bench.yaml.
 
-Schwarz's criterion (BIC) decides whether the model includes a backlash. The intervals come from a
-jackknife over strokes; the position of a reversal is known to within a count.
+The other causes (`OtherCauses`) are loads, and friction that changes with position, speed,
+direction or acceleration. They change the effort after reversals, too. Their part of the effort and
+of all regressors is therefore removed first (theorem of Frisch, Waugh and Lovell). For the delay,
+only the loads are removed.
+
+Schwarz's criterion (BIC) decides whether the model includes a backlash. A backlash is reported only
+if it also explains the effort better than a gradual rise of friction, as in presliding or in an
+elastic drive train. Such a rise has the share 1 - advance/width or e^(-advance/width) instead of
+[advance < width]. The intervals come from a jackknife over strokes; the position of a reversal is
+known to within a count.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
+from typing import Literal
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
 from frictool.identify.assess.recorded_motion import recorded_facts
 from frictool.identify.assess.weak_form_precision import weak_deviation
 from frictool.identify.estimators.piecewise_friction import EVIDENCE
@@ -36,6 +46,15 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.brent_minimum import bounded_minimum
 from frictool.identify.regression.combined_interval import half_width
 from frictool.identify.regression.regression import LeastSquaresSolution, SingularRegressors, solve
+from frictool.identify.rows.effects import (
+    SLOW_SHARES,
+    TRAVEL_ORDER,
+    WIDE_SHARES,
+    SmoothedMotion,
+)
+from frictool.identify.rows.friction_columns import names_to, position_columns, rows_of
+from frictool.identify.rows.load_columns import load_columns
+from frictool.identify.rows.load_terms import TERMS, bench_with_terms, possible
 from frictool.identify.rows.slip_fit import full_backlash
 from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.smoothing import smoothed_by
@@ -44,12 +63,19 @@ from frictool.plant.weak_form import bell
 from frictool.typing import Matrix, Vector
 
 ROUNDS = 4  # number of estimations of the delay
-GRID_POINTS = 40  # grid points of the first search for the width
+GRID_POINTS = 50  # grid points of the first search for the width, in a geometric series
+NARROWEST = 0.5  # smallest width of the search, in counts
 WIDEST = 0.4  # largest width relative to the median stroke
 SLOPE = 4  # index of the delay's column
+OUTSIDE, INSIDE = 2, 4  # indices of the columns of the friction outside and inside the backlash
 SEEN = 2.0  # distance beyond the backlash, in counts, at which rows are used
 LONGEST = 200_000  # largest number of samples of a record that are used
 LARGEST_DELAY = 0.25  # largest delay relative to the window, for which the linear term is valid
+# least singular value of the regressors of other causes that is not 0, relative to the largest
+INDEPENDENT = 1e-4
+
+Rise = Literal["step", "linear", "exponential"]
+GRADUAL: tuple[Rise, ...] = ("linear", "exponential")
 
 
 @dataclass(frozen=True)
@@ -59,6 +85,7 @@ class ReversalRows:
     Each row is a mean over a window around a sample, weighted with the test function.
 
     - plain: weighted means of acceleration, velocity, sign of the velocity, and 1, (n, 4)
+    - other: regressors of the other causes, (n, q)
     - slope: weighted mean of the derivative of the effort, (n,)
     - effort, stroke: weighted mean of the effort, and number of the stroke, (n,)
     - advance: distance since the last reversal, (m,), rad | m
@@ -70,6 +97,7 @@ class ReversalRows:
     """
 
     plain: Matrix
+    other: Matrix
     slope: Vector
     effort: Vector
     stroke: NDArray[np.int64]
@@ -81,23 +109,168 @@ class ReversalRows:
     count: float
     period: float
 
-    def inside(self, width: float) -> Matrix:
+    def inside(self, width: float, rise: Rise) -> Matrix:
         """Return the weighted means (n, 2) of direction and velocity inside the backlash.
 
-        `width` is the full width of the backlash [rad | m]. Samples outside count as 0.
+        `width` is the full width of the backlash [rad | m]. Samples outside count as 0. The weight
+        of a sample falls gradually from 1 to 0 over the length `width` if `rise` is not "step".
         """
-        share = np.clip(
-            (width - self.advance) / np.maximum(np.abs(self.moving) * self.period, self.count)
-            + 0.5,
-            0.0,
-            1.0,
-        )
+        if rise == "step":
+            blurred = np.maximum(np.abs(self.moving) * self.period, self.count)
+            share = np.clip((width - self.advance) / blurred + 0.5, 0.0, 1.0)
+        elif rise == "linear":
+            share = np.clip(1.0 - self.advance / width, 0.0, 1.0)
+        else:
+            share = np.exp(-np.maximum(self.advance, 0.0) / width)
         return np.column_stack(
             [
                 np.convolve(one * share, np.pad(self.g, 1), "same")[self.mask]
                 for one in (self.sign, self.moving)
             ]
         )
+
+
+@dataclass(frozen=True)
+class OtherCauses:
+    """Loads and friction, besides a backlash, that may change the effort after reversals.
+
+    - bench: bench whose loads may act
+    - low, high: ends of the travel in all records, rad | m
+    - top_speed: rad/s | m/s
+    """
+
+    bench: Bench
+    low: float
+    high: float
+    top_speed: float
+
+    def loads(self, motion: SmoothedMotion) -> list[Vector]:
+        """Return the regressors (n,) of the loads in bench.yaml; by default, of all loads."""
+        terms = possible(self.bench)
+        columns = load_columns(motion, bench_with_terms(self.bench, terms))
+        return [columns[name][motion.used] for term in terms for name in TERMS[term]]
+
+    def loads_and_friction(self, motion: SmoothedMotion) -> list[Vector]:
+        """Return the regressors (n,) of loads and friction over position and speed."""
+        velocity, sign = motion.velocity[motion.used], motion.sign[motion.used]
+        rows = rows_of(motion.record, motion.sign, motion.used, motion.window)
+        over_position = position_columns(motion.record, rows, self.low, self.high)
+        return [
+            *self.loads(motion),
+            *(over_position[name] for name in names_to(TRAVEL_ORDER)),
+            *(
+                sign * np.exp(-((velocity / (share * self.top_speed)) ** 2))
+                for share in (*SLOW_SHARES, *WIDE_SHARES)
+            ),
+            sign * np.abs(motion.acceleration[motion.used]),
+            np.minimum(velocity, 0.0),
+        ]
+
+
+@dataclass(frozen=True)
+class ReversalRegression:
+    """Rows (n,) of all records, with the part of other causes removed from each column."""
+
+    rows: list[ReversalRows]
+
+    @cached_property
+    def stroke(self) -> NDArray[np.int64]:
+        """Return the number of the stroke of each row, counted over all records."""
+        strokes = []
+        above = 0
+        for one in self.rows:
+            strokes.append(one.stroke + above)
+            above += int(one.stroke[-1]) + 1 if one.stroke.size else 0
+        return np.concatenate(strokes)
+
+    @cached_property
+    def plain(self) -> Matrix:
+        """Return acceleration, velocity, direction, 1 and slope of the effort, (n, 5)."""
+        every = [np.column_stack((one.plain, one.slope)) for one in self.rows]
+        return self._own(np.concatenate(every))
+
+    @cached_property
+    def effort(self) -> Vector:
+        """Return the effort, (n,)."""
+        return self._own(np.concatenate([one.effort for one in self.rows]))
+
+    def split(self, width: float, rise: Rise = "step") -> Matrix:
+        """Return the regressors (n, 5) for a backlash of the full width `width` [rad | m].
+
+        The columns are the acceleration, the velocity and the direction outside the backlash, the
+        constant 1, and the direction inside the backlash.
+        """
+        inside = self._own(np.concatenate([one.inside(width, rise) for one in self.rows]))
+        plain = self.plain[:, :SLOPE].copy()
+        plain[:, 1:3] -= inside[:, ::-1]
+        return np.column_stack((plain, inside[:, 0]))
+
+    def fitted(self, columns: Matrix) -> Vector:
+        """Return the least-squares parameters (p,) of these regressors (n, p)."""
+        return np.asarray(np.linalg.lstsq(columns, self.effort, rcond=None)[0])
+
+    def fit_of(self, width: float, rise: Rise = "step") -> tuple[Vector, Vector]:
+        """Return the parameters (5,) of `split`, and the residuals (n,).
+
+        The friction inside a backlash is at least 0.
+        """
+        columns = self.split(width, rise)
+        value = self.fitted(columns)
+        if rise == "step" and value[INSIDE] < 0.0:
+            value = np.append(self.fitted(columns[:, :INSIDE]), 0.0)
+        return value, self.effort - columns @ value
+
+    def squares(self, width: float, rise: Rise) -> float:
+        """Return the sum of squared residuals of the fit with this backlash or rise."""
+        return float(np.sum(self.fit_of(width, rise)[1] ** 2))
+
+    def best_width(self, widest: float, rise: Rise = "step") -> float:
+        """Return the width [rad | m], at most `widest`, with the least sum of squares."""
+        least = NARROWEST * min(one.count for one in self.rows)
+        grid = np.geomspace(min(least, 0.5 * widest), widest, GRID_POINTS)
+        best = int(np.argmin([self.squares(float(width), rise) for width in grid]))
+        low, high = grid[max(best - 1, 0)], grid[min(best + 1, GRID_POINTS - 1)]
+        return bounded_minimum(lambda width: self.squares(width, rise), float(low), float(high))
+
+    def solved(self, columns: Matrix) -> LeastSquaresSolution:
+        """Return the solution with standard deviations by a jackknife over strokes.
+
+        Raises UnusableLogs if the rows do not determine the parameters.
+        """
+        try:
+            return solve(columns, self.effort, np.ones(self.effort.size), self.stroke)
+        except SingularRegressors as error:
+            raise UnusableLogs(
+                f"the motion does not determine backlash and delay: {error}"
+            ) from None
+
+    def with_width(self, width: float) -> LeastSquaresSolution:
+        """Return the regression with the backlash, linearised in its width [rad | m].
+
+        The last regressor is the derivative of the effort with respect to the width.
+        """
+        one = self.rows[0]
+        speed = float(np.sqrt(np.mean(np.concatenate([r.plain[:, 1] for r in self.rows]) ** 2)))
+        step = max(one.count, speed * one.period)
+        up, here, down = (self.split(width + shift) for shift in (step, 0.0, -step))
+        value = self.fit_of(width)[0]
+        return self.solved(np.column_stack((here, (up - down) @ value / (2.0 * step))))
+
+    @cached_property
+    def _basis(self) -> Matrix:
+        """Return an orthonormal basis (n, k) of the regressors of the other causes."""
+        other = np.concatenate([one.other for one in self.rows])
+        if other.shape[0] <= other.shape[1] + self.rows[0].plain.shape[1] + 2:
+            raise UnusableLogs(
+                f"the axis slips for only {other.shape[0]} samples, too few to determine backlash "
+                "and delay; record more strokes"
+            )
+        size = np.linalg.norm(other, axis=0)
+        basis, values, _ = np.linalg.svd(other[:, size > 0.0] / size[size > 0.0], False)
+        return np.asarray(basis[:, values > INDEPENDENT * values.max(initial=0.0)])
+
+    def _own(self, columns: Vector) -> Vector:
+        return np.asarray(columns - self._basis @ (self._basis.T @ columns))
 
 
 def reversals(
@@ -113,22 +286,37 @@ def reversals(
     windows = [window, 2 * (3 * window // 4) + 1]
     widest = WIDEST * float(np.median([stroke.distance for stroke in facts.strokes]))
     gap = full_backlash(bench)
+    other = OtherCauses(
+        bench,
+        min(float(record.position.min()) for record in records),
+        max(float(record.position.max()) for record in records),
+        facts.speed,
+    )
     step = max(record.resolution for record in records)
     # repeated with the estimated backlash if the backlash in bench.yaml is narrower
     for _ in range(2):
-        late = _over_windows(partial(_delay, records, gap, confidence), windows)
+        late = _over_windows(partial(_delay, records, other, gap, confidence), windows)
         known = late if isinstance(late, Interval) else Interval.around(0.0, facts.sensing.period)
         moved = [_moved(record, known.value) for record in records]
         ranges = [step, facts.speed * known.half_width]
-        width = _over_windows(partial(_backlash, moved, widest, ranges, confidence), windows)
+        width = _over_windows(partial(_backlash, moved, other, widest, ranges, confidence), windows)
         if not isinstance(width, Interval) or width.high <= gap:
             break
         gap = width.high
     if isinstance(width, Interval) and width.half_width >= width.value:
         width = UnusableLogs(
             f"the interval of the backlash is too wide to be useful: [{width.low:.3g}, "
-            f"{width.high:.3g}] rad or m"
+            f"{width.high:.3g}] {si_unit('position', bench.axis)}"
         )
+    elif isinstance(width, Interval):
+        regression = _regression(moved, other, window)
+        length = _gradual_rise(regression, width.value, widest, confidence)
+        if length is not None:
+            width = UnusableLogs(
+                f"the logs do not distinguish a backlash of {width.low:.3g} to {width.high:.3g} "
+                f"{si_unit('position', bench.axis)} from an elastic drive train or presliding over "
+                f"{length:.3g} {si_unit('position', bench.axis)}"
+            )
     return width, late
 
 
@@ -148,7 +336,9 @@ def _over_windows(
     )
 
 
-def _delay(records: list[MotionRecord], gap: float, confidence: float, window: int) -> Interval:
+def _delay(
+    records: list[MotionRecord], other: OtherCauses, gap: float, confidence: float, window: int
+) -> Interval:
     """Return the delay [s] of the position relative to the effort.
 
     Rows inside the backlash of the full width `gap` [rad | m] are not used. Raises UnusableLogs if
@@ -157,10 +347,11 @@ def _delay(records: list[MotionRecord], gap: float, confidence: float, window: i
     delay = 0.0
     for _ in range(ROUNDS):
         rows = [
-            _rows(_moved(record, delay), window, gap + SEEN * record.resolution)
+            _rows(_moved(record, delay), other.loads, window, gap + SEEN * record.resolution)
             for record in records
         ]
-        solution = _solved(rows, 0.0)
+        regression = ReversalRegression(rows)
+        solution = regression.solved(regression.plain)
         delay -= float(solution.value[SLOPE])
         if abs(delay) > LARGEST_DELAY * window * records[0].period:
             raise UnusableLogs(
@@ -188,7 +379,12 @@ def _between(record: MotionRecord) -> float:
 
 
 def _backlash(
-    records: list[MotionRecord], widest: float, ranges: list[float], confidence: float, window: int
+    records: list[MotionRecord],
+    other: OtherCauses,
+    widest: float,
+    ranges: list[float],
+    confidence: float,
+    window: int,
 ) -> Interval:
     """Return the full width of the backlash [rad | m] from all rows.
 
@@ -196,19 +392,20 @@ def _backlash(
     that the axis moves within the uncertainty of the delay. Raises UnusableLogs if the rows show no
     backlash.
     """
-    rows = [_rows(record, window, 0.0) for record in records]
-    width = _width(rows, widest)
-    if width == 0.0:
-        raise UnusableLogs(
-            "friction does not rise with the distance after a reversal: there is no sign "
-            "of backlash"
-        )
-    half = float(_solved(rows, width).half_width(confidence)[-1])
-    normal = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
+    regression = _regression(records, other, window)
+    width = _width(regression, widest)
+    half = float(regression.with_width(width).half_width(confidence)[-1])
     if not np.isfinite(half):
         raise UnusableLogs("too few reversals for an interval of the backlash; record more strokes")
+    normal = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
     reach = half_width(confidence, half / normal, ranges)
     return Interval.around(width, reach, 0.0)
+
+
+def _regression(records: list[MotionRecord], other: OtherCauses, window: int) -> ReversalRegression:
+    return ReversalRegression(
+        [_rows(record, other.loads_and_friction, window, 0.0) for record in records]
+    )
 
 
 def _moved(record: MotionRecord, delay: float) -> MotionRecord:
@@ -217,7 +414,10 @@ def _moved(record: MotionRecord, delay: float) -> MotionRecord:
     return replace(part, effort=np.interp(part.time + delay, record.time, record.effort))
 
 
-def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:
+def _rows(
+    record: MotionRecord, other: Callable[[SmoothedMotion], list[Vector]], window: int, gap: float
+) -> ReversalRows:
+    """Return the rows outside the backlash `gap` [rad | m], with regressors from `other`."""
     strokes, g = find_strokes(record), bell(window)
     acceleration, velocity, effort = smoothed_by(record, g)
     mask = slip_mask(record, strokes, velocity, window, gap)
@@ -225,8 +425,12 @@ def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:
     mask &= np.isfinite(slope)
     moving = np.gradient(record.position, record.period)
     plain = np.column_stack((acceleration, velocity, strokes.sign, np.ones(velocity.size)))[mask]
+    # a position integrated from a measured velocity suffices for the loads
+    at = replace(record, velocity=None)
+    motion = SmoothedMotion(at, window, acceleration, velocity, effort, strokes.sign, mask)
     return ReversalRows(
         plain,
+        np.column_stack([np.empty((plain.shape[0], 0)), *other(motion)]),
         slope[mask],
         effort[mask],
         strokes.number[mask],
@@ -240,72 +444,41 @@ def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:
     )
 
 
-def _together(rows: list[ReversalRows]) -> tuple[Matrix, Vector, NDArray[np.int64]]:
-    strokes = []
-    above = 0
-    for one in rows:
-        strokes.append(one.stroke + above)
-        above += int(one.stroke[-1]) + 1 if one.stroke.size else 0
-    plain = np.concatenate([np.column_stack((one.plain, one.slope)) for one in rows])
-    return plain, np.concatenate([one.effort for one in rows]), np.concatenate(strokes)
+def _width(regression: ReversalRegression, widest: float) -> float:
+    """Return the width [rad | m], at most `widest`, at which the friction rises after a reversal.
 
-
-def _width(rows: list[ReversalRows], widest: float) -> float:
-    plain, effort, stroke = _together(rows)
-    count = float(np.unique(stroke).size)
-
-    def squares(width: float) -> tuple[float, float]:
-        columns = _split(rows, plain, width)
-        value = np.linalg.lstsq(columns, effort, rcond=None)[0]
-        return float(np.sum((effort - columns @ value) ** 2)), float(value[2] - value[4])
-
-    candidates = np.linspace(0.0, widest, GRID_POINTS + 1)[1:]
-    near = candidates[int(np.argmin([squares(float(candidate))[0] for candidate in candidates]))]
-    best = bounded_minimum(
-        lambda candidate: squares(candidate)[0],
-        max(near - candidates[0], 0.1 * candidates[0]),
-        near + candidates[0],
-    )
-    least, rise = squares(best)
-    none = plain[:, :SLOPE]
-    left = float(np.sum((effort - none @ np.linalg.lstsq(none, effort, rcond=None)[0]) ** 2))
-    gain = count * np.log(left / least) - 2.0 * np.log(count)
-    return best if gain > EVIDENCE and rise > 0.0 else 0.0
-
-
-def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:
-    """Return the regressors (n, 5) for a backlash of the full width `width` [rad | m].
-
-    The columns are the acceleration, the velocity and the direction outside the backlash, the
-    constant 1, and the direction inside the backlash.
+    Raises UnusableLogs if the rows show no such rise.
     """
-    inside = np.concatenate([one.inside(width) for one in rows])
-    return np.column_stack(
-        (
-            plain[:, 0],
-            plain[:, 1] - inside[:, 1],
-            plain[:, 2] - inside[:, 0],
-            plain[:, 3],
-            inside[:, 0],
+    count = float(np.unique(regression.stroke).size)
+    width = regression.best_width(widest)
+    value, residual = regression.fit_of(width)
+    plain = regression.plain[:, :SLOPE]
+    none = regression.effort - plain @ regression.fitted(plain)
+    gain = count * np.log(np.sum(none**2) / np.sum(residual**2)) - 2.0 * np.log(count)
+    if not (gain > EVIDENCE and value[OUTSIDE] > value[INSIDE]):
+        raise UnusableLogs(
+            "friction does not rise with the distance after a reversal: there is no sign "
+            "of backlash"
         )
-    )
+    return width
 
 
-def _solved(rows: list[ReversalRows], width: float) -> LeastSquaresSolution:
-    """Return the regression with the delay or, if `width` [rad | m] is above 0, with the backlash.
+def _gradual_rise(
+    regression: ReversalRegression, width: float, widest: float, confidence: float
+) -> float | None:
+    """Return the length [rad | m] of a gradual rise of friction that explains the rows as well.
 
-    The regression with the backlash includes the derivative of the effort with respect to the
-    width. Raises UnusableLogs if the rows do not determine the parameters.
+    Return None if a backlash of the full width `width` [rad | m] explains the effort better
+    (one-sided test of Vuong, 1989, over strokes).
     """
-    plain, effort, stroke = _together(rows)
-    if width > 0.0:
-        step = max(rows[0].count, float(np.sqrt(np.mean(plain[:, 1] ** 2))) * rows[0].period)
-        up, here, down = (
-            _split(rows, plain, candidate) for candidate in (width + step, width, width - step)
-        )
-        value = np.linalg.lstsq(here, effort, rcond=None)[0]
-        plain = np.column_stack((here, (up - down) @ value / (2.0 * step)))
-    try:
-        return solve(plain, effort, np.ones(effort.size), stroke)
-    except SingularRegressors as error:
-        raise UnusableLogs(f"the motion does not determine backlash and delay: {error}") from None
+    index = np.unique(regression.stroke, return_inverse=True)[1]
+    step = regression.fit_of(width)[1]
+    for rise in GRADUAL:
+        length = regression.best_width(2.0 * widest, rise)
+        gradual = regression.fit_of(length, rise)[1]
+        better = np.bincount(index, gradual**2 - step**2)
+        if np.sum(better) <= scipy.special.ndtri(confidence) * np.std(better) * np.sqrt(
+            better.size
+        ):
+            return length
+    return None
