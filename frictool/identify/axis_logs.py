@@ -19,6 +19,7 @@ from frictool.identify.held_effort import slow_effort_warnings
 from frictool.identify.measurement_faults import refuse_unmeasured
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.orientation import undriven
 from frictool.identify.record_plausibility import implausible
 from frictool.identify.rows.temperature_law import refuse_unknown_temperature
 from frictool.identify.rows.temperature_shape import shaped
@@ -96,8 +97,9 @@ def sort_logs(
         sliding, shortened = without_constant_effort(sliding, bench)
         warnings += [*slow, *shortened]
     except UnusableLogs as error:
+        moved = (undriven(record, bench, settings.confidence) for record in sliding)
+        unmeasured = next((reason for reason in moved if reason is not None), str(error))
         sliding = []
-        unmeasured = str(error)
     rows = motion_rows(sliding, bench)
     off = drive_was_off(rows, bench)
     return AxisLogs(

@@ -36,6 +36,9 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.logs.quality.sign_check import CLEAR, net_work, reversal, reversed_signal
 from frictool.typing import Vector
 
+# friction that the drive overcomes, relative to the smallest Coulomb friction of the bench, below
+# which another force moves the axis
+WEAK = 0.5
 OPPOSITE = "position and drive have opposite signs"  # part of each message about signs
 
 
@@ -46,8 +49,28 @@ def reversed_sign(
     for record in records:
         shown = _negative_effort(record, bench, settings)
         if shown is not None:
-            return opposite_signs([record], shown, bench)
+            return undriven(record, bench, settings.confidence) or opposite_signs(
+                [record], shown, bench
+            )
     return None
+
+
+def undriven(record: MotionRecord, bench: Bench, confidence: float) -> str | None:
+    """Return a message if the effort of a record cannot overcome the friction, else None.
+
+    Half the difference of the mean efforts forward and backward is the friction that the drive
+    overcomes, whatever the load. The message is returned if this friction, with either sign, is
+    significantly below WEAK times the smallest Coulomb friction of the bench.
+    """
+    found = stroke_friction(*stroke_efforts(record), confidence)
+    least = bench.mechanics.coulomb.interval[0]
+    if found is None or max(-found.low, found.high) >= WEAK * least:
+        return None
+    return (
+        f"{Path(record.name).name}: the drive overcomes a friction of {abs(found.value):.2g} "
+        f"{si_unit('effort', bench.axis)} (bench: at least {least:.3g}); another force moves the "
+        f"axis, or columns.{bench.actuator.drive} has a wrong unit"
+    )
 
 
 def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: float) -> str | None:
@@ -66,7 +89,9 @@ def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: f
                 f"{friction.value:.4g} {si_unit('effort', bench.axis)} in [{friction.low:.4g}, "
                 f"{friction.high:.4g}]"
             )
-            return opposite_signs([record], f"the mean effort along its strokes is {shown}", bench)
+            return undriven(record, bench, confidence) or opposite_signs(
+                [record], f"the mean effort along its strokes is {shown}", bench
+            )
         if (
             friction is None
             and direction.size

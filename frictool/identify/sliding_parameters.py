@@ -16,6 +16,7 @@ from frictool.identify.force_error import force_error, nearest_values
 from frictool.identify.interval_checks import NEVER_NEGATIVE
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import METHODS, run
+from frictool.identify.orientation import undriven
 from frictool.identify.outcome import Outcome, accept, sliding_intervals
 from frictool.identify.unmodelled_effects import WidenedFit, widened
 
@@ -41,6 +42,10 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
     fit = with_force_error(replace(fit, method=fit.method or logs.method), logs, fit.parameters)
     error = unexplained(logs, fit, fit.parameters)
     if error is not None:
+        for record in logs.sliding:
+            reason = undriven(record, logs.bench, logs.settings.confidence)
+            if reason is not None:
+                raise UnusableLogs(reason)
         advice = (
             "the effort is far too small for the bench's values; check the unit in "
             f"columns.{logs.bench.actuator.drive}"

@@ -105,6 +105,35 @@ def test_one_negated_log_of_two_is_named(tmp_path: Path) -> None:
     assert "negated_sines.csv: position and drive" in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("back_emf", "reason"),
+    [
+        (0.0, "the drive was off"),
+        (-5e-4, "another force moves the axis"),
+        (-2e-3, "another force moves the axis"),
+    ],
+)
+def test_a_drive_that_cannot_overcome_friction_is_no_reversed_sign(
+    tmp_path: Path, back_emf: float, reason: str
+) -> None:
+    """A hand moves the axis; the motor is off, or it brakes by its back-EMF through a resistor."""
+    target, log = tmp_path / "model.yaml", tmp_path / "hand.csv"
+    head, *rows = table.reader(io.StringIO((SAMPLES / "sines.csv").read_text()))
+    position = np.array([float(row[ENCODER]) for row in rows])
+    velocity = np.gradient(position, 1e-3) * 2.0 * np.pi / 56.0
+    smooth = np.convolve(velocity, np.full(101, 1.0 / 101.0), "same")
+    noise = 0.05 * np.random.default_rng(4).standard_normal(position.size)
+    for row, current in zip(rows, noise + back_emf * smooth, strict=True):
+        row[CURRENT] = f"{current:.4f}"
+    with log.open("w", newline="") as file:
+        table.writer(file).writerows([head, *rows])
+    result = run("identify", log, "--bench", CLUTCH, "-o", target)
+    assert result.code in (1, 4)
+    assert reason in result.stderr.splitlines()[-1]
+    assert "encoder.direction" not in result.stderr.splitlines()[-1]
+    assert not target.exists()
+
+
 COUNTED = "{column: encoder, unit: count}"
 POSITIONS = {  # text of columns.position, with the encoder's direction
     "counts": (COUNTED, 1),

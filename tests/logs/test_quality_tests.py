@@ -80,7 +80,7 @@ def test_a_reversed_sensor_of_the_sample_logs_is_found(kind: str):
     assert sign_of(good).text() is None
     bad = stream(position=-good.signals["position"], current=good.signals["current"])
     assert sign_of(bad).reversed == ("position or current",)
-    assert "impossible with friction" in str(sign_of(bad).text())
+    assert "takes energy from the axis" in str(sign_of(bad).text())
 
 
 def test_the_reference_tells_which_sensor_is_reversed():

@@ -58,13 +58,16 @@ class SignCheck:
         names = " or ".join(self.reversed)
         if self.work is not None and self.work <= -CLEAR:
             finding = (
-                f"the effort takes energy from the axis ({100 * self.work:.0f} % of the work), "
-                "impossible with friction"
+                f"the effort takes energy from the axis ({100 * self.work:.0f} % of the work): "
+                f"another force moves the axis, or the sign of {names} is reversed"
             )
         else:
-            finding = "velocity and change of position have opposite signs"
+            finding = (
+                "velocity and change of position have opposite signs: the sign of "
+                f"{names} is reversed"
+            )
         fixes = " and ".join(reversal(name, bench) for name in self.reversed)
-        return f"{finding}: the sign of {names} is reversed; {fixes}"
+        return f"{finding}; {fixes}"
 
 
 def sign_of(stream: Stream) -> SignCheck:
