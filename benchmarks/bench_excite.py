@@ -1,9 +1,9 @@
 """Duration of a designed test against the best single kind of test at equal precision.
 
 `excite.RIG`: Coulomb friction to 2 % and inertia to 1 % on a bench of studies/promises. Ours is the
-duration of the test that `excite --for` writes. The peer is the shortest test of one kind, which
-`excite --kind` writes with the same precision in rehearsals. The last column also states the
-processor time of the design. `excite.design`: the largest of these times against its limit.
+duration of the test that `excite --for` writes. The peer is the shortest test of a single kind
+(`excite --kind`) that reaches the same precision in rehearsals. The last column also states the
+processor time of the design. `excite.design` compares the largest of these times with LIMIT.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ WANTED = {"coulomb": 0.02, "inertia": 0.01}
 SINES = ("sine", "sines")  # kinds of test with a duration
 REPETITIONS = {"steps": 1, "multisine": 3}  # default of the kinds of test with repetitions
 ROUNDS, LONGEST = 5, 20.0  # rehearsed lengths of a kind; the longest relative to the default
-RIGS = ("belt", "table", "pump", "stage", "emps")  # on the others, no test reaches the precision
+RIGS = ("belt", "table", "pump", "stage", "emps")  # no test reaches the precision on other benches
 LIMIT = 20.0  # s of processor time of a design
 Row = Callable[[], dict[str, Any]]
 
@@ -49,10 +49,10 @@ def _bench(name: str) -> Bench:
 
 
 def single_kind(bench: Bench, kind: str) -> float:
-    """Duration of the shortest test of one kind with the wanted precision [s]; inf without one.
+    """Duration of the shortest test of one kind with the wanted precision [s], or inf.
 
-    The half widths of a rehearsed test give the length of the next one, since they fall with the
-    root of the length.
+    The length of the next test follows from the half widths of a rehearsed test, which are
+    proportional to the inverse square root of the length.
     """
     shortest = math.inf
     length = 1.0  # duration or repetitions, relative to the default

@@ -63,8 +63,8 @@ SCREENED = 2  # number of steps in the first shortened test
 class AutomaticDesign(ResultView):
     """Outcomes of the searched families (controllers of one structure), in the order of the search.
 
-    Only the last outcome may contain a design that meets the specification. `findings`: findings on
-    the candidates if there is no such design.
+    Only the last outcome may contain a design that meets the specification. `findings`: result of
+    the examination that follows if every search fails, else None.
     """
 
     outcomes: tuple[FamilyOutcome, ...]
@@ -84,7 +84,7 @@ class AutomaticDesign(ResultView):
 
 
 class SearchInterruptedError(KeyboardInterrupt):
-    """Interruption of a search; `found` contains the outcomes up to then."""
+    """Interruption of a search; `found` contains the outcomes up to the interruption."""
 
     def __init__(self, found: AutomaticDesign) -> None:
         super().__init__()
@@ -96,7 +96,7 @@ def design_automatically(
     progress: Callable[[str], None] = lambda _: None,
     wishes: Design | None = None,
 ) -> AutomaticDesign:
-    """Search for a design that passes the test, in the simplest family with such a design.
+    """Search for a design that passes the test; the families are searched from simple to complex.
 
     Parameters
     ----------
@@ -153,7 +153,11 @@ class _Search:
     progress: Callable[[str], None]
 
     def first_found(self, searches: Sequence[CandidateSearch]) -> AutomaticDesign:
-        """Return the outcomes of the searches, up to the first one with a design that passed."""
+        """Run the searches in their order until a design passes; return the outcomes.
+
+        If no design passes, the family of the nearest candidate may be searched again
+        (`continued`). If this fails, too, the nearest candidates are simulated with all plants.
+        """
         outcomes = []
         for one in searches:
             outcomes.append(one.run(self.progress))

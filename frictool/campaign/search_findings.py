@@ -1,4 +1,4 @@
-"""Examination of a failed search: what its best candidate misses, and which limits to relax.
+"""Examination of a failed search: requirements that the best candidate misses, limits to relax.
 
 During a search, a candidate far from the limits is simulated with few plants only. Here, the
 nearest candidates are simulated with all plants. A relaxation of one requirement is reported only
@@ -24,13 +24,13 @@ from frictool.synth.search.played_search import UNUSABLE, Candidate, PlayedExten
 from frictool.synth.search.played_tests import JudgedRuns, PlayedTests, missing, shortfalls
 from frictool.synth.synthesis import synthesise
 
-EXAMINED = 3  # nearest candidates that are simulated with all plants
-ATTEMPTS = 12  # candidates that are tried for the relaxation of a requirement
+EXAMINED = 3  # number of nearest candidates that are simulated with all plants
+ATTEMPTS = 12  # largest number of candidates that are tried for the relaxation of a requirement
 
 
 @dataclass(frozen=True)
 class Relaxation:
-    """Requirement, and the limit with which a candidate passes every test [SI]."""
+    """Requirement, and a changed limit [SI] with which a candidate passes every test."""
 
     metric: Any
     limit: float
@@ -40,12 +40,12 @@ class Relaxation:
 class SearchFindings:
     """Findings on the candidates of a search that found no design.
 
-    - best: candidate with the smallest violation of a limit on all plants; None if no candidate
-      can be simulated with all plants
+    - best: examined candidate whose largest violation of a limit is the smallest, with all plants;
+      None if no examined candidate can be simulated with all plants
     - accepted: True if the best candidate passes every test and is verified
-    - places: step and plant of the worst value of each requirement that the best candidate misses
-      in the whole test, by the requirement's key
-    - relaxations: limits of single requirements with which a candidate passes every test
+    - places: key of each requirement that the best candidate misses in the whole test -> step and
+      plant of the worst value
+    - relaxations: requirements whose limit may be relaxed; one relaxation is enough
     """
 
     best: Candidate | None = None
@@ -89,9 +89,9 @@ class CandidateExamination:
     def _runs(
         self, design: Design, ends: Callable[[JudgedRuns], bool], until: bool = False
     ) -> Iterator[JudgedRuns]:
-        """Yield the runs of a design in all tests, up to the first test that `ends`.
+        """Yield the results of a design in all tests, up to the first for which `ends` is True.
 
-        until: True to stop this test at the first plant with which it `ends`.
+        until: True to stop a test as soon as `ends` is True for the plants up to then.
         """
         controller = self.controller(design)
         whole = self.tests.whole(controller, None, ends if until else None)
@@ -123,7 +123,7 @@ class CandidateExamination:
         return places
 
     def _step(self, time: float) -> str:
-        """Return words for the step of the test that begins at a time [s]."""
+        """Return number and target of the step that begins at a time [s], as text."""
         steps, half = self.test.scenario.steps, 0.5 * self.test.model.bench.sample_period_s
         begins = np.cumsum([0.0, *(step.seconds for step in steps)])
         number = int(np.searchsorted(begins, time + half))
@@ -190,7 +190,7 @@ def others_missed(violations: Mapping[str, float], key: str) -> bool:
 
 
 def rounded_outwards(value: float, relation: str) -> float:
-    """Return a limit with four digits that a value meets, close to the value."""
+    """Round a value to four digits, up for the relation `<=` and down otherwise."""
     if value == 0.0:
         return 0.0
     scale = 10.0 ** (3 - math.floor(math.log10(abs(value))))

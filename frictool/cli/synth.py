@@ -12,7 +12,7 @@ from frictool.cli.console_output import note_temperature, print_json, say, use_c
 from frictool.cli.output_files import STDOUT, check_targets, command_line, save_text
 from frictool.cli.progress import note_step
 from frictool.cli.synth_play import play, read_test
-from frictool.cli.synth_search import SearchOutputs, beside, search_design, unplayable
+from frictool.cli.synth_search import SearchOutputs, design_path, search_design, unplayable
 from frictool.documents.synthesis_methods import METHODS
 from frictool.errors import EXIT_NO
 
@@ -33,10 +33,11 @@ as it will run.
 Without --design, or with `method: auto`, the command searches the simplest controller that meets
 the specification in simulation, with a reserve of 5 % (none for oscillations, drive and rest). It
 writes the design of this controller with a comment on each value. That design can be changed and
-passed with --design. If no design is found, the exit code is 4, and the message states the values
-of the best candidate on all plants, with step and plant of each missed requirement. It suggests to
-relax a limit only if a simulated candidate then meets everything. A controller may exist
-nevertheless. A search that is interrupted prints the values of its best candidate.
+passed with --design. If no design is found, the exit code is 4. The message then states the worst
+values of the best candidate over all plants, and the step and plant of each missed requirement. It
+suggests a limit to relax only if a candidate then meets all requirements in simulation. Even if no
+design is found, a controller may exist. An interrupted search prints the values of its best
+candidate.
 
 \b
 Methods (`method` of the design), and the use of each:
@@ -144,7 +145,7 @@ def command(
     searched = design_document is None or METHODS[design_document.method].searched
     _check_options(None if searched else design_document, plot, save_design, scenario, no_play)
     inputs = [model, spec, *(path for path in (design, scenario) if path is not None)]
-    saved = save_design or beside(output) if searched else None
+    saved = save_design or design_path(output) if searched else None
     check_targets({"-o": output, "--plot": plot, "--save-design": saved}, inputs)
     test = None if no_play else read_test(model_document, spec_document, scenario)
     from frictool.synth.json_view import json_view

@@ -55,8 +55,8 @@ class FoundDesign:
         return search_json(self.found)
 
 
-def beside(controller: Path | None) -> Path | None:
-    """Return a path for the design beside the file `controller`; None for None or stdout."""
+def design_path(controller: Path | None) -> Path | None:
+    """Return the path of the design in the folder of `controller`; None for None or stdout."""
     if controller is None or controller == STDOUT:
         return None
     return controller.with_name(f"{controller.stem}.design.yaml")

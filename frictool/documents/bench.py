@@ -66,8 +66,8 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     - `counts_per_revolution`: Number of counts per turn of a rotary axis. Write this key or `step`.
     - `step`: Distance or angle of one count, for either kind of axis.
-    - `direction`: Sign with which the count changes during forward motion. This key has no effect
-      on positions in other units than `count`.
+    - `direction`: Sign with which the count changes during forward motion. This key applies only to
+      positions with the unit `count`.
     - `wrap`: Period of a sensor that reports the position modulo this period, such as 360 deg or
       4096 counts. The position must move by less than half a period per sample.
     - `wrap_bits`: Number of bits of a counter that overflows. Write this key or `wrap`.
@@ -175,7 +175,7 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `constant`: Force or torque per ampere or volt.
     - `limit`: Largest magnitude of the drive.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for a drive without
-      lag. A logged voltage is taken as the command, before this lag.
+      lag. A logged voltage is assumed to be the command, which this lag then delays.
     - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
     - `servo`: Firmware of a smart servo; `limit` is then the nominal supply voltage.
     - `rms_limit`: Largest rms value that the drive may have over a test, such as the continuous
@@ -200,10 +200,10 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     @property
     def logged_lag_s(self) -> float:
-        """Return the time constant with which a logged drive moves between two rows of a log.
+        """Return the time constant [s] of the logged drive signal between two rows of a log.
 
-        The result is 0 for a drive that is constant between two rows. A logged voltage is constant,
-        because the drive's lag and the winding's inductance delay only its effect.
+        The result is 0 if the signal is constant between two rows. A logged voltage is constant:
+        the drive's lag and the winding's inductance delay only its effect.
         """
         return self.loop_time_constant_s if self.drive == "current" else 0.0
 

@@ -286,10 +286,11 @@ class EffectRegression:
         return found["inertia"] if self.rows.probability(one, others) < level else None
 
     def undelayed_viscous(self, viscous: float) -> Interval | None:
-        """Return the inertia if the delay acts on the effort less `viscous` times the velocity.
+        """Return the inertia if the delay does not act on `viscous` times the velocity.
 
-        Return None if the model lacks the delay or the inertia. With the column -du/dt of the delay
-        replaced by viscous a - du/dt, the regression of the same rows gives this inertia.
+        In the regression, viscous a - du/dt replaces the column of the delay, -du/dt; a is the
+        acceleration and u the effort. The result is None if the model lacks the delay or the
+        inertia, or if the columns are linearly dependent.
         """
         columns = self.rows.columns(self.used)
         names = [self.rows.names[k] for k in columns]

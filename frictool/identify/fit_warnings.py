@@ -29,7 +29,7 @@ WORSE = 1.5
 # largest factor by which the ratios of the parameters then differ from each other
 OTHER_UNIT = 100.0
 SPREAD = 30.0
-# exponent of a gear ratio by which position and effort are scaled in each parameter
+# a gear ratio that position and effort lack scales each parameter by this power of the ratio
 GEARED = {"inertia": 2.0, "viscous": 2.0, "coulomb": 1.0}
 MOST_OF_TRAVEL = 0.5
 LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
@@ -38,9 +38,10 @@ LONGEST_VALUES = 60  # most characters that a warning uses for the replaced valu
 def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> list[str]:
     """Return a warning for each parameter whose interval does not overlap that in bench.yaml.
 
-    If all these parameters are too large or too small by about the same large factor, the first
-    warning says that the unit of the drive signal may be wrong. If inertia, viscous and Coulomb
-    friction contradict the bench by one factor, it names the likely constant or gear ratio.
+    The first warning states a common cause, if there is one. If all these parameters are too large
+    or too small by about the same large factor, the unit of the drive signal may be wrong. If one
+    factor explains the contradictions of inertia, viscous and Coulomb friction, the drive constant
+    or a gear ratio may be wrong.
     """
     out = []
     ratios = dict[str, float]()
@@ -82,8 +83,8 @@ def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
     unit = si_unit("stiffness", bench.axis)
     terms = "spring" if bench.axis == "linear" else "spring] or [offset, gravity"
     return [
-        f"breakaway over position: a load of {ramp.load_slope:.3g} {unit} explains these ramps as "
-        f"well; declare load.terms: [offset, {terms}], or add a log of sliding"
+        f"breakaway over position: a load of {ramp.load_slope:.3g} {unit} explains these ramps "
+        f"equally well; declare load.terms: [offset, {terms}], or add a log of sliding"
     ]
 
 
@@ -116,15 +117,15 @@ def local_ramp_warnings(
 
 
 def lag_warnings(bench: Bench) -> list[str]:
-    """Return a warning if the bench states a lag of a voltage drive, which identify cannot see."""
+    """Return a warning if the bench states a lag of a voltage drive, which the log cannot show."""
     actuator = bench.actuator
     lag = actuator.loop_time_constant_s
     if actuator.drive != "voltage" or actuator.servo is not None or lag == 0.0:
         return []
     return [
         f"actuator.loop_time_constant_s {lag:.3g} s: the logged voltage is taken as the command; "
-        "the intervals include a voltage measured behind this lag; if neither is meant, or L/R, "
-        "write 0"
+        "the intervals also allow for a voltage after this lag; write 0 if only the winding's L/R "
+        "is meant"
     ]
 
 
@@ -162,18 +163,18 @@ def _common_factor(identified: Mapping[str, Interval], bench: Bench) -> list[str
     if ratio is None:
         return []
     return [
-        f"{names} differ from the bench's values as by a gear ratio of {max(ratio, 1 / ratio):.3g} "
-        "(inertia and viscous by its square): state position, drive and bench on one side of it"
+        f"{names} differ from the bench's values by a gear ratio of {max(ratio, 1 / ratio):.3g} "
+        "(inertia and viscous by its square): refer position, drive and bench to the same shaft"
     ]
 
 
 def _factor(
     identified: Mapping[str, Interval], bench: Bench, powers: Mapping[str, float]
 ) -> float | None:
-    """Return the factor whose powers explain the intervals of all parameters, or None.
+    """Return the factor that explains the contradictions of all parameters, or None.
 
-    The factor to the power of a parameter takes a value in the parameter's range in bench.yaml to a
-    value in its interval.
+    powers: for each parameter, the power of the factor. For every parameter, this power times a
+    value within the range in bench.yaml is a value within the identified interval.
     """
     low, high, logarithm = 0.0, math.inf, 0.0
     for name, power in powers.items():

@@ -152,7 +152,7 @@ def identify_records(
     """
     estimate = _estimate(sort_logs(records, ramps, bench, method, settings))
     if bench.load is None and estimate.found_load and estimate.varies:
-        # friction over position that differs by direction looks in slip like a load
+        # during slip, friction over position that differs between the directions resembles a load
         without_load = msgspec.structs.replace(bench, load=ONLY_OFFSET)
         try:
             other = _estimate(sort_logs(records, ramps, without_load, method, settings))

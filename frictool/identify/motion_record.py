@@ -373,7 +373,10 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
 
 
 def late_reading(period: float, lag: float) -> float:
-    """Return the probability a of the module docstring; `period` and `lag` are in s."""
+    """Return the probability that a current is read later than `lag` [s] after its update.
+
+    period: sample period, s.
+    """
     return math.exp(-lag / (READ_LATE * period))
 
 

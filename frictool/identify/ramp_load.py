@@ -35,7 +35,7 @@ LONGEST_NAMES = 40  # most characters that a message uses for the names of loads
 
 
 def ramp_load(logs: AxisLogs, sliding: Outcome) -> OnsetLoad:
-    """Return the unknown part of the load in the ramps, whose known load has been subtracted."""
+    """Return the unknown part of the load in the ramps; the known part has been subtracted."""
     bench = logs.bench
     load = None if sliding.laws is None else sliding.laws.load
     known = terms_of(sliding.laws)
@@ -70,8 +70,8 @@ def _largest(term: str, most: float, logs: AxisLogs) -> tuple[PositionLoad, ...]
 def _travel(term: str, logs: AxisLogs) -> Vector:
     """Return positions [rad | m] over the bench's travel.
 
-    Without a travel in bench.yaml, a harmonic takes a whole period, and a spring the positions of
-    the ramps.
+    If bench.yaml states no travel, the positions cover one period of a harmonic; for a spring, they
+    are those of the ramps.
     """
     travel = logs.bench.mechanics.travel
     if travel is not None:

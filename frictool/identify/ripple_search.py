@@ -55,7 +55,7 @@ def missing_ripples(
 def _missing_ripple(
     search: ExplanationSearch, found: Sequence[float], level: float
 ) -> MissingRipple | None:
-    """Return the most significant ripple besides those with the wave numbers `found`, or None.
+    """Return the most significant ripple with a wave number that is not in `found`, or None.
 
     `level` is the probability of a ripple by chance.
     """

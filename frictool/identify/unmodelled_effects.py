@@ -90,7 +90,7 @@ class WidenedFit:
     notes: Mapping[str, str] = field(default_factory=dict)
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return the notes on parameters in `identified`, and the effect that widened intervals.
+        """Return the notes on parameters in `identified`, and a warning of the effect `what`.
 
         Intervals that come from ramps are not counted, because the effect does not widen them.
         """
@@ -305,12 +305,13 @@ def _of_timing(
 def _of_reading(
     bench: Bench, period: float, plain: EffectRegression, slopes: Mapping[str, float]
 ) -> AcceptedEffects | None:
-    """Return the shift of the parameters if the logged drive is that before each update.
+    """Return the shift of the parameters if the drive is logged before each of its updates.
 
     `period` is in s; `slopes` are as in `EffectRegression.timing`. The result is None for a drive
-    without a lag. The record of a current is a mean of readings before and after the update
-    (`motion_record.py`); the shift is then 0, with the standard deviation of the reading. The
-    record of a voltage contains readings after the update; the shift is that to the mean.
+    without a lag. The record of a current contains the mean of readings before and after the update
+    (`motion_record.py`). Its shift is therefore 0, and the half width of the shift follows from the
+    probability of either reading. The record of a voltage contains readings after the update. Its
+    shift is the change from these readings to the mean.
     """
     lag = bench.actuator.loop_time_constant_s
     late = next((one for one in plain.free if one.term == DELAY), None)
@@ -341,9 +342,9 @@ def _of_sampling(
 ) -> list[AcceptedEffects]:
     """Return the shift of the inertia by the sample period T if the model contains a delay.
 
-    The velocity is a mean over 2 T, and the effort one with a triangular window of this length. To
-    second order in T, this looks like the delay -viscous T^2/(12 inertia), which increases the
-    inertia by (viscous T)^2/(12 inertia).
+    The velocity is a mean over 2 T. The effort is a mean with a triangular window of the length
+    2 T. To second order in T, this difference acts like the delay -viscous T^2/(12 inertia), which
+    increases the inertia by (viscous T)^2/(12 inertia).
     """
     if plain is None or all(one.term != DELAY for one in plain.used):
         return []

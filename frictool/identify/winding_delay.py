@@ -5,11 +5,11 @@
 A voltage that acts late delays the whole effort. The time constant L/R of the winding delays the
 current, but not the back-EMF, which is a part of the viscous friction of a voltage drive. Let d be
 the fitted delay, and B the part of the viscous friction that is not delayed. The inertia is then
-larger by d B: B is 0 for a late voltage, and K^2/R, at most the viscous friction, for the winding.
-K is the back-EMF constant and R the resistance.
+larger by d B. For a late voltage, B is 0. For the winding, B is K^2/R, with the back-EMF constant K
+and the resistance R. This is at most the viscous friction.
 
-If the log contains the motor current, too, `measurement/winding.py` measures L, R and K. The
-inertia is then larger by L/R K k, where k = K/R is the effort per volt.
+If the log contains the motor current, too, `measurement/winding.py` identifies L, R and K. The
+inertia is then larger by (L/R) K k, where k = K/R is the effort per volt.
 """
 
 from __future__ import annotations
@@ -68,18 +68,18 @@ class WindingDelay:
         return Interval(value, value - below, value + above)
 
     def warning(self, inertia: Interval, bench: Bench) -> str:
-        """Return a line on the delay and the interval of the final inertia."""
+        """Return a warning of the delay; `inertia` is the final interval of the inertia."""
         unit = si_unit("inertia", bench.axis)
         if self.measured is not None:
             return (
-                f"inertia: {self.measured.value:.3g} {unit} were added, since the winding's L/R of "
-                f"{1e3 * self.lag:.3g} ms, from voltage and current, delays the current but not "
+                f"inertia: {self.measured.value:.3g} {unit} were added, since the winding (L/R = "
+                f"{1e3 * self.lag:.3g} ms, from voltage and current) delays the current but not "
                 "the back-EMF"
             )
         return (
             f"inertia: {inertia.value:.4g} {unit} if the voltage acts late, up to "
-            f"{inertia.high:.4g} if the winding's L/R delays the current; log the current, too "
-            "(columns.current)"
+            f"{inertia.high:.4g} if the winding's L/R delays the current; to decide, also log the "
+            "current (columns.current)"
         )
 
 
@@ -111,8 +111,8 @@ def _measured_delay(
 ) -> WindingDelay | None:
     """Return the delay with a measured increase, or None if the logs do not determine it.
 
-    The latter is also the case if K/R contradicts `actuator.constant`, or if the increase is
-    certainly larger than `possible`.
+    The result is also None if K/R contradicts `actuator.constant`, or if the whole interval of the
+    increase is above `possible`.
     """
     logged = [record for record in records if record.winding is not None]
     found = _winding(logged[0], tuple(logged[1:]), confidence) if logged else {}
@@ -141,6 +141,6 @@ def _measured_delay(
 def _winding(
     record: MotionRecord, others: tuple[MotionRecord, ...], confidence: float
 ) -> dict[str, Interval | UnusableLogs]:
-    """Return resistance, back-EMF constant and inductance, SI, or reasons why not."""
+    """Return resistance, back-EMF constant and inductance [SI], or the reasons for unknown ones."""
     logs = [log for one in (record, *others) if (log := winding_log(one)) is not None]
     return winding(logs, confidence)

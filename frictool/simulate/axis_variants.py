@@ -87,17 +87,21 @@ class AxisVariant:
 
 
 def count(model: Model, scenario: Scenario) -> int:
-    """Return the number of plants that a scenario simulates, including the nominal plant."""
+    """Return the number of plants that a scenario simulates.
+
+    It is 1, plus the number of vertices or of random plants if the scenario selects these.
+    """
     if scenario.variants == "vertices":
         return 1 + len(vertices(model))
     return 1 + (scenario.plants or 0) * (scenario.variants == "random")
 
 
 def vertices(model: Model) -> tuple[PlantPoint, ...]:
-    """Return a plant for each combination of range ends, named v01 to v16.
+    """Return the vertices of the parameter box: at most 16 plants, named v01, v02, ...
 
-    The ranges are those of inertia, viscous friction, Coulomb friction and drive constant. If a
-    parameter has no range, only one of the equal combinations is returned.
+    At a vertex, the inertia, the viscous friction, the Coulomb friction and the drive constant are
+    each at an end of their range. Equal vertices, as of a parameter without a range, are returned
+    once.
     """
     return corner_points(ranges(model))
 
@@ -138,9 +142,10 @@ def nominal_variant(model: Model, owner: str = "model") -> AxisVariant:
 
 
 def nominal_levels(model: Model) -> dict[str, float]:
-    """Return the nominal values of the four varied parameters by name.
+    """Return nominal inertia, viscous friction, Coulomb friction and drive constant [SI] by name.
 
-    The nominal value of a viscous or Coulomb friction is the middle of the parameter's interval.
+    The nominal value of a friction is the middle of the interval of its level. This level is a mean
+    over both directions (adapters/friction_levels.py).
     """
     coulomb, viscous = coulomb_level(model), viscous_level(model)
     values = (
@@ -155,10 +160,13 @@ def nominal_levels(model: Model) -> dict[str, float]:
 def parameters_of(model: Model) -> dict[str, VariedParameter]:
     """Return the parameters of a model that a scenario can set or vary, by name.
 
-    Every parameter has the range of bench and model. If the bench states no range of the breakaway
-    friction, its ratio to the Coulomb friction has the range of the model. This ratio is constant
-    if the model's breakaway has no interval, or with presliding. The breakaway is the level of the
-    positive direction.
+    The parameters are those of `nominal_levels`, the breakaway in positive direction, the offset,
+    and the backlash if bench.yaml states one. The range of a parameter contains the model's
+    interval and the range in bench.yaml.
+
+    The breakaway has such a range if `breakaway_interval` returns one. Otherwise, a range of the
+    ratio of breakaway to Coulomb friction is used (`breakaway_ratio`). This ratio is constant if
+    the model has presliding, or if it states no interval of the breakaway.
     """
     bench = model.bench
     nominal = nominal_levels(model)

@@ -145,11 +145,11 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
 
 
 def _with_drive_peak(model: Model, spec: Spec) -> tuple[Model, str]:
-    """Return the model with the smaller of drive's limit and `drive_peak`, and the key of it.
+    """Return the model with the smaller of drive limit and `drive_peak`, and the key of this limit.
 
-    The largest load that depends on the position is added to `drive_peak`, since it may help the
-    drive. The drive's limit remains if `drive_peak` does not overcome the friction
-    (synth/least_drive.py), or if the friction depends on the position.
+    The largest load that depends on the position is added to `drive_peak`, since the load may help
+    the drive. The model is unchanged if its friction depends on the position. It is also unchanged
+    if `drive_peak` does not overcome the friction, which synth/least_drive.py checks.
     """
     unchanged = (model, "actuator.limit")
     actuator, peak = model.bench.actuator, spec.drive_peak
@@ -165,7 +165,7 @@ def _with_drive_peak(model: Model, spec: Spec) -> tuple[Model, str]:
     if reduced >= actuator.limit.value or slowest <= 0.0:
         return unchanged
     limit = structs.replace(actuator.limit, value=reduced, low=None, high=None)
-    lag = 0.0 if helping > 0.0 else actuator.loop_time_constant_s  # a load acts at once
+    lag = 0.0 if helping > 0.0 else actuator.loop_time_constant_s  # a load acts without lag
     drive = structs.replace(actuator, limit=limit, rms_limit=None, loop_time_constant_s=lag)
     bench = structs.replace(model.bench, actuator=drive)
     return structs.replace(model, bench=bench), "drive_peak"

@@ -6,10 +6,11 @@ The drive is at most D, and the load is at most L and conservative. Two bounds f
     start     K D > B - L                               K: drive constant, B: breakaway
     energy    K D path >= F path - L distance           F: Coulomb friction
 
-path is the sum of |p_k - p_(k-1)| up to step j, and distance is |p_j - p_0|: the drive supplies the
-work of the friction, except for the energy that the load releases between the two positions. After
-a step forward and back, the distance is almost 0. If the axis need not reach its targets, it must
-move at least, and distance <= path. The errors shorten the path and lengthen the distance.
+path is the sum of |p_k - p_(k-1)| up to step j, and distance is |p_j - p_0|. The drive supplies the
+work of the friction, less the energy that the load releases between the two positions. After a step
+forward and back, the distance is almost 0. The bound allows for `error` at each target, which
+shortens the path and lengthens the distance. Without a specified static error, the axis must move,
+but need not reach its targets. The second bound then uses distance <= path.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ from frictool.errors import NoSolutionError
 from frictool.synth.load_disturbance import disturbance
 
 LABELS = {"coulomb": "Coulomb friction", "breakaway": "breakaway"}
-MOVING = ("response_time_95_s", "rise_time_s")  # broken by an axis that stays at rest in a step
+MOVING = ("response_time_95_s", "rise_time_s")  # requirements that an axis at rest violates
 
 
 class LeastDrive(NamedTuple):
-    """Drive that moves an axis through no test, and its cause.
+    """Largest drive that is too weak for a test, and the friction that is the reason.
 
     - drive: drive signal, A | V; 0 if there is no bound
-    - parameter: `coulomb` or `breakaway`
+    - parameter: name of the friction, `coulomb` or `breakaway`
     - friction: value of this parameter, N m | N
     - constant: drive constant, N m/A or N/A | N m/V or N/V
     """
@@ -72,8 +73,8 @@ def check_least_drive(
     unit = si_unit(drive_dimension(model.bench.actuator.drive, constant=False), model.axis)
     friction = f"{LABELS[least.parameter]} of {least.friction:.4g} {effort}"
     error = NoSolutionError(
-        f"{key}: found {largest:.4g} {unit}; allowed: above {least.drive:.4g} {unit}, against a "
-        f"{friction} at {least.constant:.4g} {effort}/{unit}; raise {key}, or narrow "
+        f"{key}: found {largest:.4g} {unit}; allowed: above {least.drive:.4g} {unit}, to overcome "
+        f"a {friction} with {least.constant:.4g} {effort}/{unit}; raise {key}, or narrow "
         f"mechanics.{least.parameter}"
     )
     raise error.at("spec", key) if low_peak else error.at("model", f"bench.{key}")
@@ -82,10 +83,11 @@ def check_least_drive(
 def least_drive(
     model: Model, spec: Spec, scenario: Scenario, plants: Sequence[Mapping[str, float]]
 ) -> LeastDrive:
-    """Return the largest of the two bounds of all plants; `check_least_drive` has the parameters.
+    """Return the largest of the two bounds over all plants; parameters as in `check_least_drive`.
 
-    There is no bound if friction may be less than the Coulomb friction (over position, with
-    presliding, in a backlash), or if more than the drive and the load of the model moves the axis.
+    There is no bound if the friction may be less than the Coulomb friction: if it depends on the
+    position, or with presliding or a backlash. There is none either if the scenario contains
+    disturbances, drifts, a temperature, sensor faults or commands.
     """
     targets = _targets(spec, scenario)
     share = _load_share(model, spec, targets)
@@ -141,7 +143,7 @@ def _frictions(
 
 
 def _targets(spec: Spec, scenario: Scenario) -> list[float]:
-    """Return the start, and the targets [rad | m] of the first steps that a report judges."""
+    """Return start and targets [rad | m], up to the first step that a report cannot judge."""
     assert scenario.start is not None
     targets = [scenario.start.value]
     for step in scenario.steps:
@@ -154,7 +156,7 @@ def _targets(spec: Spec, scenario: Scenario) -> list[float]:
 
 
 def _load_share(model: Model, spec: Spec, targets: Sequence[float]) -> float | None:
-    """Return the least distance divided by the path of all steps; None if the axis may rest."""
+    """Return the least ratio of distance to path over all steps; None if the axis may rest."""
     count = model.bench.encoder.resolution
     steps = [abs(after - before) for before, after in pairwise(targets)]
     moves = any(getattr(spec, key) is not None for key in MOVING)

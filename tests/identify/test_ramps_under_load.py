@@ -138,7 +138,8 @@ def test_ramps_in_one_direction_need_the_largest_load(seed: int) -> None:
 
 
 def test_the_uncertainty_of_the_subtracted_load_widens_the_interval() -> None:
-    """In one direction it adds to the breakaway; in both, at the same positions, it cancels."""
+    """An error of the load adds to the breakaway of one direction, and cancels in the mean of both
+    directions at the same positions."""
     axis, ramps = heavy(2)
     half = slice(0, int(np.argmax(ramps.position)))
     forward = make_record(

@@ -136,7 +136,7 @@ def test_without_a_load_the_bound_is_the_drive_that_overcomes_the_breakaway(coul
 
 
 def test_a_load_helps_one_way_and_not_there_and_back() -> None:
-    """One step of |HIGH - LOW|: the load's whole energy; back again: that of the errors only."""
+    """A step of |HIGH - LOW| releases energy of the load; after a step back, only the errors do."""
     model, plants = machine(1.0, 1.0, 0.8), [{"coulomb": 1.0, "constant": 2.0, "breakaway": 1.0}]
     scenario = there_and_back()
     one_way = structs.replace(scenario, steps=scenario.steps[:1])

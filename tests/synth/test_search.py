@@ -295,7 +295,7 @@ def test_a_candidate_played_on_all_plants_is_nearer_than_one_on_few(scales: Desi
     )
     met = candidate(0.01, PlayedExtent.ALL, 73)
     assert nearest_words(met, 73, RESERVE) == (
-        "every limit met, not with the reserve of 5 %, on 73 of 73 plants"
+        "every limit met, but not with the reserve of 5 %, on 73 of 73 plants"
     )
     assert nearest_words(met, 73, 0.0) == "every limit met, on 73 of 73 plants"
 

@@ -83,7 +83,7 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
         for one in findings.relaxations
     ]
     head = "relax one limit; with each of these values, a candidate passes every test:"
-    none = "no candidate meets all requirements but one in every test: relax several limits"
+    none = "no candidate passes every test if only one limit is relaxed: relax several limits"
     return [
         *(f"searched: {one.family}, {_candidates(one)}" for one in found.outcomes),
         f"bound: {bound.words(bench)}",
@@ -99,7 +99,7 @@ def interruption_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
 
 
 def best_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
-    """Return a line for each requirement with the value of the best candidate."""
+    """Return lines with the best candidate's value of each requirement, below a heading."""
     best = _best(found)
     if best is None:
         return []

@@ -89,12 +89,12 @@ class Breakaway:
     - position: position of each onset, (n,), rad | m
     - direction: direction of each onset, (n,), +1 or -1
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: Stribeck curves after the onset for which `interval` is valid
+    - fall: range of the Stribeck velocity after the onset, which `interval` includes
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     - load_slope: slope of a load [N m/rad | N/m] that explains the onsets as well as `by_position`
       (`unknown_load.load_slope`), or None
-    - load: unknown part of the load for which `interval` is valid
+    - load: unknown part of the load, which `interval` includes
     """
 
     interval: Interval
@@ -113,7 +113,10 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the mean breakaway; of forward ramps only, if breakaway varies with position."""
+        """Return the mean breakaway.
+
+        If the breakaway varies with position, this is the mean of the forward direction.
+        """
         return self.interval if self.by_position is None else self.by_position.forward
 
 
@@ -151,10 +154,10 @@ def breakaway(
     best = min(found, key=lambda one: one.parameter.half_width)
     known = best.parameter
     if not np.isfinite(known.half_width) or too_vague("breakaway", known) is not None:
-        raise inseparable(load, f"its interval is [{known.low:.3g}, {known.high:.3g}]")
+        raise inseparable(load, f"breakaway in [{known.low:.3g}, {known.high:.3g}]")
     if best is found[0]:
         return best
-    # the interval contains every load up to `load.most`; a fitted load gives the value
+    # the interval allows every load up to `load.most`; the value is that with the fitted load
     value = min(max(found[0].parameter.value, known.low), known.high)
     return replace(best, interval=replace(known, value=value))
 
@@ -186,7 +189,7 @@ def _breakaway(
             mean = replace(mean, low=min(mean.low, other.low), high=max(mean.high, other.high))
     except SingularRegressors as error:
         if load.free:
-            raise inseparable(load, "each direction has too few positions") from None
+            raise inseparable(load, "too few positions in each direction") from None
         raise UnusableLogs(
             f"the breakaways do not determine how friction varies with position: {error}"
         ) from None

@@ -22,8 +22,9 @@ from frictool.identify.regression.regression import LeastSquaresSolution
 from frictool.plant.position_load import PositionLoad
 from frictool.typing import Vector
 
-UNIFORM = float(np.sqrt(3.0))  # ratio of half a range to its standard deviation
-# iterations between the onsets and the shape of friction over position, or a fitted load
+UNIFORM = float(np.sqrt(3.0))  # half width of a uniform distribution / its standard deviation
+# number of iterations: the breakaways at the onsets depend on the fitted polynomials and load, and
+# vice versa
 ROUNDS = 3
 
 
@@ -44,10 +45,9 @@ class BreakawayFit:
 
     @property
     def levels(self) -> list[Vector]:
-        """Return weights (p,) for each direction with onsets.
+        """Return the weights (p,) of the fitted coefficients, for each direction with onsets.
 
-        The sum of the fitted coefficients (p,) times these weights is the direction's mean
-        breakaway.
+        The weighted sum of the coefficients is the mean breakaway of this direction.
         """
         structure = self.structure
         unit = np.eye(self.solution.value.size)
@@ -74,11 +74,11 @@ def fit_breakaway(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit
 class BreakawayErrors:
     """Errors of the coefficients (p,) of the polynomials of a `BreakawayFit`.
 
-    - ranges: for each axis parameter, for the rest position, and for each uncertain load, changes
-      (p,) of the coefficients if this quantity is at an end of its range
-    - added: for each cause whose error is added in full, its possible changes (p,) of the
-      coefficients; the causes are the allowed Stribeck curves, a drive train that yields just
-      before the onset, and loads that may act
+    - ranges: changes (p,) of the coefficients at both ends of the range of an uncertain quantity,
+      for each axis parameter, the rest position and each load parameter
+    - added: possible changes (p,) of the coefficients by a cause whose error is added in full, for
+      the Stribeck curves, a drive train that yields just before the onset, and each load that may
+      act
     - half_step: half of the increase of a ramp in one sample, N m | N
     """
 

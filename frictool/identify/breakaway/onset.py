@@ -154,7 +154,7 @@ def write_travel_tables(
 def looked_up(t: float, duration: float, tables: Tables, share: float) -> float:
     """Return the travel [rad | m] at t [s] after the onset; 0 for t <= 0.
 
-    `tables` (2, STEPS, 6) are written by `write_travel_tables` for two excesses and one duration.
+    `tables` (2, STEPS, 6): written by `write_travel_tables` for two values of `excess`.
     The travel is (1 + `share`) times the travel from the second table, minus `share` times the
     travel from the first table.
     """

@@ -1,21 +1,22 @@
-"""Load over position at the onsets of ramps, as far as it is unknown.
+"""Unknown load over position at the onsets of ramps.
 
 A load L(x) at the position x adds to the friction at a forward onset, and is subtracted from it at
 a backward one:
 
     direction effort = friction(x) + direction (offset + L(x))
 
-A log of sliding gives the load. Its effort is subtracted from the ramps, and its intervals widen
-that of the breakaway. A load that `load.terms` declares and no log of sliding gives is treated in
-two ways, of which the one with the narrower interval is used:
+If a log of sliding determines the load, the effort of the load is subtracted from the ramps. The
+intervals of the load then widen the interval of the breakaway. A load that `load.terms` declares,
+but that no log of sliding determines, is treated in two ways. The result with the narrower interval
+is used:
 
 - The load is fitted together with the friction. Friction that varies with position may resemble the
   load. The interval therefore also contains the result of a fit with FURTHER_ORDERS more orders of
   friction over position.
 - The load is 0, and the interval contains every load up to `load.most`.
 
-A ripple that the sliding log shows and the model lacks widens the interval by its amplitude, in any
-phase. Onsets within one period of the ripple do not show it in their scatter.
+If the sliding log shows a ripple that the model lacks, the interval includes this ripple in every
+phase. If all onsets lie within one period of the ripple, their scatter does not show it.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from frictool.typing import Matrix, Vector
 
 FURTHER_ORDERS = 2
 PHASES = 24  # number of phases of a ripple that are tried
-NEGLIGIBLE = 1e-6  # least effort of a fitted load that an offset does not explain, relative to it
+NEGLIGIBLE = 1e-6  # least share of a load's effort that an offset cannot explain
 
 SPRING_UNIT = (PositionLoad(1.0),)
 
@@ -63,16 +64,17 @@ def load_sum(units: Sequence[PositionLoad], factors: Vector) -> PositionLoad:
 class OnsetLoad:
     """Load whose effort the records of ramps still contain, and errors of the subtracted load.
 
-    - free: unit loads of the declared terms that no log of sliding gives; the effort of the load is
-      a sum of these, with unknown factors
-    - most: for each declared term in `free`, its loads with the effort `load.most`; empty if the
-      bench does not state `load.most`
-    - errors: for each parameter of the subtracted load, the differences at the ends of its interval
-    - possible: for each further load that may act, its forms; the load is a ripple that the model
-      lacks, in PHASES phases
+    - free: unit loads of the declared terms that no log of sliding determines; the load is the sum
+      of these unit loads times unknown factors
+    - most: for each of these terms, loads with the largest effort `load.most`; empty if the bench
+      does not state `load.most`
+    - errors: for each parameter of the subtracted load, the changes of the load if the parameter is
+      at an end of its interval
+    - possible: for each further load that may act, its possible forms, such as a ripple in PHASES
+      phases
     - constant: True if every dependence on position is attributed to the load, so that the friction
       is fitted as a constant
-    - what: names of the declared terms that no log of sliding gives, for messages
+    - what: names of the declared terms that no log of sliding determines, for messages
     """
 
     free: tuple[PositionLoad, ...] = ()
@@ -84,7 +86,7 @@ class OnsetLoad:
 
     @property
     def bounded(self) -> OnsetLoad:
-        """Return the load with every effort up to `load.most` in place of the unknown factors."""
+        """Return a copy in which the loads `most` replace the unit loads with unknown factors."""
         return replace(self, free=(), possible=(*self.possible, *self.most), constant=True)
 
 
@@ -92,10 +94,7 @@ NO_LOAD = OnsetLoad()
 
 
 def load_errors(load: Load | None) -> tuple[tuple[PositionLoad, ...], ...]:
-    """Return, for each parameter of a fitted load, the loads at the ends of its interval.
-
-    The fitted load is subtracted from these loads.
-    """
+    """Return, for each parameter of a fitted load, the load's changes at the interval's ends."""
     if load is None:
         return ()
     parts: list[tuple[PositionLoad, Estimate]] = []
@@ -114,16 +113,19 @@ def load_errors(load: Load | None) -> tuple[tuple[PositionLoad, ...], ...]:
 
 
 def ripple_phases(number: float, amplitude: float) -> tuple[PositionLoad, ...]:
-    """Return a ripple [N m | N] with the wave number `number` [1/rad | 1/m] in all phases."""
+    """Return the ripples with the wave number `number` [1/rad | 1/m] in PHASES phases.
+
+    amplitude: amplitude of the ripples, N m | N.
+    """
     angles = 2.0 * np.pi * np.arange(PHASES) / PHASES
     factors = amplitude * np.column_stack((np.cos(angles), np.sin(angles)))
     return tuple(load_sum(harmonic_units(number), one) for one in factors)
 
 
 def independent_loads(units: Sequence[PositionLoad], position: Vector) -> Matrix:
-    """Return the factors (p, q) of p unit loads in q sums with uncorrelated efforts at the onsets.
+    """Return factors (p, q) that turn p unit loads into q loads, uncorrelated at the onsets.
 
-    Sums whose effort hardly differs from an offset are left out.
+    Loads that hardly differ from an offset at the onsets are left out.
 
     - position: position of each onset, (n,), rad | m
     """

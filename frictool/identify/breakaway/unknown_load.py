@@ -49,9 +49,9 @@ def without_free_load(
     axis: Mapping[str, Interval],
     load: OnsetLoad,
 ) -> tuple[list[MotionRecord], dict[str, Interval]]:
-    """Return records without the load that fits the onsets, and the axis with the fitted offset.
+    """Subtract the load that fits the onsets; return the records, and the axis with the offset.
 
-    The fitted load has the mean 0 over the onsets.
+    The load is fitted together with the offset; its mean over the onsets is 0.
     """
     known = dict(axis)
     for _ in range(ROUNDS if load.free else 0):
@@ -72,7 +72,7 @@ def without_free_load(
 def onset_data_under(
     records: list[MotionRecord], bench: Bench, axis: Mapping[str, Interval], load: OnsetLoad
 ) -> OnsetData:
-    """Return the onsets; their structure depends on the unknown load."""
+    """Return the onsets, with the polynomial orders and the loads that may be fitted to them."""
     data = onset_data(records, bench, axis)
     if load.constant:
         return replace(data, positions=replace(data.positions, highest=0))
@@ -103,11 +103,12 @@ def with_further_orders(data: OnsetData, fit: BreakawayFit) -> BreakawayFit:
 
 
 def load_slope(positions: BreakawayPositions, fit: BreakawayFit, bench: Bench) -> float | None:
-    """Return the slope of a load [N m/rad | N/m] that explains the onsets as well as `fit`.
+    """Return the slope [N m/rad | N/m] of a load that explains the onsets, or None.
 
-    The load is a spring or, on a rotary axis, gravity. It explains the onsets as well if, with at
-    most as many parameters, its left-out errors are not significantly larger. The slope is the mean
-    over the onsets. The result is None without such a load.
+    The load is a spring or, on a rotary axis, gravity. It is fitted together with a friction that
+    is equal in both directions. Such a fit explains the onsets if it needs at most as many
+    parameters as `fit`, and if its leave-one-out errors are not significantly larger. The slope is
+    that of a line through the load at the onsets.
     """
     if not (np.any(positions.direction > 0.0) and np.any(positions.direction < 0.0)):
         return None

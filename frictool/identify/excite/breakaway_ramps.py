@@ -143,7 +143,7 @@ def breakaway_ramps(
             f"(largest breakaway) to {limits.drive_limit:.4g} (actuator.limit)"
         )
     slope = rate or effort_rate(bench) / bench.actuator.constant.value
-    # an estimate, before simulations that would take long; open-loop ramps may be few
+    # lower bound, checked before long simulations; in open loop, a single ramp may suffice
     fewest = 2 * repetitions * (1 if open_loop else segments)
     remedy = "raise --rate of `excite --kind breakaway`" + " or lower load.most" * (limits.load > 0)
     check_samples(fewest * top / slope, bench.sample_period_s, remedy)

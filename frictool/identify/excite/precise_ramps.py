@@ -5,9 +5,9 @@ first averages out over the onsets. The second is due to the range of the inerti
 (assess/ramp_precision.py). Both errors grow with the rate of the ramps, whereas the duration of a
 ramp decreases. The rate with the shortest test is searched on a grid.
 
-The duration of a test is that of all its rows: SPARE times as many ramps as onsets, or more for a
-slow axis, and each ramp rises to its top. An axis plays fewer rows, because a ramp ends when the
-axis moves.
+The duration of a test counts all rows. The test contains SPARE times as many ramps as onsets, or
+more for a slow axis, and each ramp rises to its top. An axis plays fewer rows, because a ramp ends
+when the axis moves.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
         check_samples(request.duration, bench.sample_period_s)
     design = _RampDesign(bench, request, effort_rate(bench) * RATES)
     written: dict[tuple[int, int], ExcitationSequence] = {}
-    # duration of a test relative to the planned duration; the slowest axis may need more ramps, and
-    # a rate may be impossible
+    # for each rate, duration of the written test relative to that of SPARE ramps for each onset;
+    # above 1 if a slow axis needs more ramps, inf if the rate is impossible
     excess = np.ones(RATES.size)
     refusal = None
     while True:
@@ -123,8 +123,8 @@ class _RampDesign:
     def best(self, excess: Vector) -> RampPlan:
         """Return the shortest plan, or the most precise one of the requested duration.
 
-        excess: duration of a test relative to SPARE ramps for each onset, for each rate (n,).
-        Raises NoSolutionError if no rate is possible.
+        excess: for each rate (n,), duration of a test relative to that of SPARE ramps for each
+        onset. Raises NoSolutionError if no rate is possible.
         """
         request = self.request
         half = request.wanted["breakaway"] * breakaway_range(self.bench)[1]

@@ -47,13 +47,15 @@ OVERLAP = 6  # windows per window length
 LONGEST = 200_000  # largest number of samples of a log that are used
 EARLIEST, LATEST = -1.0, 4.0  # bounds of the delay, in sample periods
 FASTEST, SLOWEST = 0.02, 50.0  # bounds of the electrical time constant, in sample periods
-GRID = 12, 11  # time constants and delays of the search for the best start
-STEP = 1e-3  # relative step of the time constant, and step of the delay in periods, of derivatives
-# smallest end of the time constant's interval, in periods: the time of a row is known to JITTER
+GRID = 12, 11  # numbers of time constants and of delays among which the start is searched
+STEP = 1e-3  # step of derivatives: relative for the time constant, in sample periods for the delay
+# smallest lower bound of the time constant, in periods, with which the inductance is identified; a
+# row's time is known within JITTER periods
 SETTLED = JITTER
 LARGEST_ERROR = 0.3  # largest residual relative to the voltage's standard deviation
 LONGEST_STEP = 1.5  # periods, longest interval of one piece
-# weights of the differences of the mean speed before and after a period in the slope of the speed
+# the slope of the speed in a period is a weighted sum of two changes of the mean speed: from the
+# previous period, and to the next period
 CENTRAL, FORWARD, BACKWARD = (0.5, 0.5), (0.0, 1.0), (1.0, 0.0)
 
 
@@ -132,7 +134,10 @@ class _Piece:
         return np.asarray(np.convolve(inner, bell(self.log.window), mode="valid")[::every])
 
     def voltage_response(self, lag: float, delay: float) -> Vector:
-        """Return resistance times the current (n,) by the voltage, for time constant and delay."""
+        """Return the current (n,) that the voltage causes, times the resistance.
+
+        lag: electrical time constant, s. delay: delay of the voltage, s.
+        """
         period = self.log.period
         whole = int(np.floor(delay / period))
         share = delay / period - whole
@@ -143,11 +148,11 @@ class _Piece:
         return _lagged(new + before * (old - new), decay)
 
     def speed_response(self, lag: float, slope: tuple[float, float]) -> Vector:
-        """Return the lagged speed (n,) for a time constant and weights of the slope."""
+        """Return the speed (n,) after a lag [s]; `slope`: weights such as CENTRAL."""
         return _lagged(_weighted_speed(self.speed, self.log.period, lag, slope), _decay(self, lag))
 
     def initial_response(self, lag: float) -> Vector:
-        """Return the current (n,) that is left of the first one."""
+        """Return the part of the current (n,) that decays from the first value."""
         return np.asarray(self.current[0] * _decay(self, lag) ** np.arange(self.current.size))
 
 
@@ -180,8 +185,9 @@ def _pieces(logs: Sequence[WindingLog]) -> list[_Piece]:
 
 @dataclass(frozen=True)
 class _CurrentModel:
-    """Model of the averaged current of all pieces, for one difference of the speed.
+    """Model of the averaged current of all pieces.
 
+    - slope: weights of the slope of the speed, such as CENTRAL
     - moving: False for a blocked motor, which has no back-EMF
     """
 
@@ -195,7 +201,7 @@ class _CurrentModel:
         return self.pieces[0].log.period
 
     def voltages(self, lag: float, delay: float) -> Vector:
-        """Return resistance times the averaged current (m,) by the voltage."""
+        """Return the averaged current (m,) that the voltages cause, times the resistance."""
         return _joined(self.pieces, [p.voltage_response(lag, delay) for p in self.pieces])
 
     def speeds(self, lag: float) -> Vector:
@@ -203,7 +209,7 @@ class _CurrentModel:
         return _joined(self.pieces, [p.speed_response(lag, self.slope) for p in self.pieces])
 
     def linear(self, lag: float, delay: float) -> tuple[Vector, Vector]:
-        """Return 1/R, -K/R and the offset (3,), and the residual current (m,)."""
+        """Fit 1/R, -K/R and the offset of the current; return these (3,) and the residual (m,)."""
         speeds = self.speeds(lag) if self.moving else np.zeros(1)
         voltages = self.voltages(lag, delay)
         columns = np.column_stack(
@@ -261,7 +267,7 @@ def _joined(pieces: Sequence[_Piece], signals: Sequence[Vector]) -> Vector:
 
 
 def _fits(logs: Sequence[WindingLog], confidence: float) -> list[dict[str, Interval]]:
-    """Return the intervals of the determined parameters for each difference of the speed.
+    """Return the intervals of the determined parameters, for each formula of the speed's slope.
 
     Raises UnusableLogs if the equation does not explain the current.
     """

@@ -27,7 +27,7 @@ from frictool.typing import Vector
 CLEAR = math.sqrt(2.0)  # least ratio, or inverse of the ratio, for a warning
 PARTS = 8
 MOST_POINTS = 512  # largest number of points, at equal distances in the log, at which y is compared
-REST = 8  # points before and after a part; the velocity of a filter is late
+REST = 8  # number of points added before and after a part, because a filter delays the velocity
 LEAST_CORRELATION = 0.9
 
 
@@ -42,7 +42,7 @@ def motion_doubts(stream: Stream, bench: Bench | None) -> tuple[str, ...]:
 
 
 def _scale_doubt(stream: Stream) -> str | None:
-    """Return a warning if the velocity is clearly not the change of the position, else None."""
+    """Return a warning if the velocity is not the change of the position over time, else None."""
     signals, units = stream.signals, stream.units
     # without a bench, a log has the units of its file
     if "velocity" not in signals or units["velocity"] != f"{units['position']}/s":

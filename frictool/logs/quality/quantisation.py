@@ -15,12 +15,12 @@ from frictool.typing import Vector
 # maximum number of distinct values collected: these suffice to show any relevant step
 MOST = 1 << 17
 SEVERAL = 2.0 * (1.0 - ON_LATTICE)  # least ratio of two steps for a warning
-CHANCE = 1e-6  # probability of coarse steps by chance below which there is a warning
-# least number of positions between the bench's counts at which the axis stands, and their least
-# share of all positions at which it stands
+CHANCE = 1e-6  # a warning is given if coarse steps have a lower probability by chance
+# least number of rest positions between the bench's counts, and their least share of all rest
+# positions
 FEWEST_BETWEEN, SHARE_BETWEEN = 3, 0.25
-SINGLE_PRECISION = 2.0**-22  # largest step of numbers in single precision, relative to the largest
-POWER = 1e-4  # largest deviation of an exponent from a whole number
+SINGLE_PRECISION = 2.0**-22  # largest step by single precision, relative to the largest position
+POWER = 1e-4  # largest deviation from a whole exponent of a step that is a power of 2 or 10
 
 
 class DistinctValues:
@@ -41,7 +41,7 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the step of which all distances of values are multiples; None if there is none."""
+        """Return the step such that all distances of values are multiples of it, or None."""
         return encoder_step(self._values) if self._values.size else None
 
 
@@ -76,7 +76,7 @@ def step_doubt(position: Vector, bench: Bench) -> str | None:
 
 
 def _from_format(position: Vector, step: float, bench: Bench) -> bool:
-    """Return True if the numbers of the file can only be multiples of `step`."""
+    """Return True if the format of the file's numbers explains `step`, without an encoder."""
     column = bench.columns.get("position")
     if column is not None and column.unit == COUNT:
         return True
@@ -93,7 +93,10 @@ def _from_format(position: Vector, step: float, bench: Bench) -> bool:
 
 
 def _stands_between(steps: Vector, parts: int) -> bool:
-    """Return True if the axis stands between counts of `parts` steps; steps: positions (n,)."""
+    """Return True if the axis often rests between the bench's counts.
+
+    steps: positions (n,) in steps of the log. parts: number of these steps in one count.
+    """
     places, times = np.unique(steps[1:][np.diff(steps) == 0.0], return_counts=True)
     if not places.size:
         return False

@@ -113,10 +113,11 @@ def reversed_signal(effort: str, position: Vector, reference: Vector | None) -> 
 
 
 def reversal(name: str, bench: Bench | None) -> str:
-    """Return the change of the bench that reverses the signal `name`, an element of `reversed`.
+    """Return advice how to reverse a signal in bench.yaml; name: element of `SignCheck.reversed`.
 
-    If either the position or the drive may be reversed, the change concerns the position. A bench
-    with a reference is an exception, since position and reference would then contradict each other.
+    If either the position or the drive may be reversed, the advice is to reverse the position. If
+    the log has a reference and a position that is not in counts, the drive is reversed instead,
+    since position and reference would otherwise contradict each other.
     """
     channel, *others = name.split(" or ")
     if bench is None:

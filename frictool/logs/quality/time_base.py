@@ -75,7 +75,7 @@ def _distances(position: Vector) -> Vector:
 
 
 def encoder_step(position: Vector) -> float | None:
-    """Return the encoder step, of which all distances of the positions (n,) are multiples.
+    """Return the encoder step: all distances between the positions (n,) are multiples of this step.
 
     The step is the smallest distance of two positions divided by a number up to MOST_STEPS. The
     result is None if no such step fits, or if there are too few distinct positions.
@@ -91,7 +91,7 @@ def _step(distances: Vector, parts: int) -> float | None:
     """Return the step near the smallest distance divided by `parts`, or None if it does not fit.
 
     The positions may be rounded, as in a text file. The step is therefore determined from the
-    shortest of the sorted distances, and then from longer and longer ones.
+    shortest of the sorted distances first, and is then refined with longer and longer distances.
     """
     step = float(distances[0]) / parts
     longest = parts

@@ -23,10 +23,10 @@ DRAWN = 6  # points that are drawn for each child, of which two are used
 
 
 def evolve(objective: Objective, population: Vector, random: np.random.Generator) -> None:
-    """Minimise an objective in the unit cube, until all points of the population have one value.
+    """Minimise an objective in the unit cube, until all points have the same value.
 
-    population: points (p, d) of the first generation, p >= 3. The objective gets the value infinity
-    for these points. An exception of the objective ends the evolution.
+    population: points (p, d) of the first generation, p >= 3. For these points, the objective gets
+    infinity as the value of the parent. An exception of the objective ends the evolution.
     """
     units = population.copy()
     values = np.array([objective(unit, math.inf) for unit in population])

@@ -50,7 +50,7 @@ EFFECTS = {
 # the same for a position law with `action: none`
 EFFECTS_DRIVEN = {
     "position_law.action": "the drive stays on at rest, because the load may exceed the friction",
-    "position_law.band": "half-width in which the law is linear: more is softer at the target",
+    "position_law.band": "half-width of the law's linear part: more is softer at the target",
 }
 
 

@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 
 def nearest_words(candidate: Candidate, plants: int, reserve: float) -> str:
-    """Return the worst requirement of a candidate, and the number of plants that were played.
+    """Return a candidate's worst requirement, and the number of its simulated plants, as text.
 
     plants: number of all plants. reserve: relative distance to the limits that the search requires.
     """
     if candidate.largest_missing > 0.0:
         words = missed_words(candidate)
     elif reserve > 0.0:
-        words = f"every limit met, not with the reserve of {100.0 * reserve:g} %"
+        words = f"every limit met, but not with the reserve of {100.0 * reserve:g} %"
     else:
         words = "every limit met"
     return f"{words}, on {candidate.plants} of {plants} plants"

@@ -146,7 +146,7 @@ class FamilyOutcome:
 
     @property
     def least_missing(self) -> float:
-        """Return the smallest violation of a limit, each on the plants of a complete test."""
+        """Return the least `largest_missing` of the candidates with a test that was not stopped."""
         complete = [one.largest_missing for one in self.trade if one.extent > PlayedExtent.NONE]
         return min(complete, default=FAILED)
 
@@ -329,10 +329,11 @@ class CandidateSearch:
         return Candidate(design, unit, tuple(runs), extent), value
 
     def _short(self, controller: Controller, parent: float) -> JudgedRuns:
-        """Return the results of all steps, with all plants while the worst may join the hard ones.
+        """Return the results of the test `short`.
 
-        The search without the reserve does not need the worst plant: its first candidates are the
-        best ones of the search with the reserve, which has collected the hard plants.
+        All plants are simulated as long as the worst plant may be added to `hard`. Otherwise, the
+        test stops when the candidate is worse than its parent. The search without the reserve adds
+        no plant, because the search with the reserve has already found the hard plants.
         """
         if self.reserve > 0.0 and len(self.hard) < MOST_HARD:
             return self.tests.short(controller, None)
