@@ -84,8 +84,8 @@ def switched_facts(observer: Observer) -> SwitchedParameters:
     )
     if stuck is None or not forward or not backward:
         raise ValueError(
-            "switched.modes: one direction or the stuck mode is missing; allowed: modes of "
-            "directions -1, 0 and 1"
+            "switched.modes: a direction is missing; needed: modes of the directions -1, 0 (stuck) "
+            "and 1"
         )
     additive = switched.wear == "additive"
     return SwitchedParameters(

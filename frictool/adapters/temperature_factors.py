@@ -34,7 +34,7 @@ def is_extrapolated(law: FrictionOverTemperature, temperature: float) -> bool:
 
 
 def temperature_text(law: FrictionOverTemperature, temperature: float) -> str:
-    """Return a temperature [degC] with the factors of friction, for the log of a simulation."""
+    """Return a text on a temperature [degC] and the factors of friction at this temperature."""
     over = f" (extrapolated beyond {law.over.low:.4g} to {law.over.high:.4g} degC)"
     factors = factors_at(law, temperature)
     return (

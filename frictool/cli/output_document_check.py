@@ -9,7 +9,7 @@ from pathlib import Path
 def check_document(target: Path, text: str) -> None:
     """Raise NoSolutionError if `text` is a YAML document that commands would refuse to read.
 
-    A model must describe an axis that can be simulated. A text that is no document is allowed.
+    A model must describe an axis that can be simulated. A text that is not a document is allowed.
     """
     named = re.match(r"(?:#.*\n|\s*\n)*format: (\w+)/\d+\n", text)
     if named is None:

@@ -46,13 +46,13 @@ def compile_target(folder: Path, controller: Path, document: Controller) -> Comp
 
 
 def recorded_log(path: Path, scenario: Path, bench: Bench) -> Log:
-    """Load the log that the scenario replays; raise DocumentError if `path` is no file."""
+    """Load the log that the scenario replays; raise DocumentError if `path` is not a file."""
     from frictool.documents.key_lines import document_error
     from frictool.logs.log_reader import read_log
 
     if not path.is_file():
         message = (
-            f"found {path}, which is no file; allowed: the path of a log, relative to the folder "
+            f"found {path}, which is not a file; allowed: path of a log, relative to the folder "
             f"of {scenario.name}"
         )
         raise document_error(scenario, "reference.log", message)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def is_mechanism(path: Path) -> bool:
     """Return True if the document at `path` is a mechanism.
 
-    Raises InputFileError if the file is no document.
+    Raises InputFileError if the file is not a document.
     """
     from frictool.documents.document_text import is_format
 

@@ -81,8 +81,8 @@ def scales_of(
     length = coulomb * time * time / mass
     if not (SHORTEST < time < 1.0 / SHORTEST and SHORTEST < length < 1.0 / SHORTEST):
         raise ValueError(
-            f"inertia {mass:g}, coulomb {coulomb:g}, viscous {viscous:g}: the tests' unit of time "
-            f"is {time:g} s, their unit of length {length:g}; "
+            f"inertia {mass:g}, coulomb {coulomb:g}, viscous {viscous:g}: the tests' time scale "
+            f"is {time:g} s, their length scale {length:g}; "
             f"allowed for both: {SHORTEST:g} to {1.0 / SHORTEST:g}"
         )
     return UnitScales(coulomb, time, length, breakaway / coulomb)

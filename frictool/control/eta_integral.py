@@ -1,4 +1,4 @@
-"""Input of a speed controller: eta = integral(omega_c) - position, omega_c the speed reference.
+"""Input of a speed controller: eta = (integral of the speed reference) - position.
 
 Each sample adds only the changes of the integral and of the position to eta. If the last drive was
 limited and eta would move further into that limit, eta keeps its value (conditional integration). A

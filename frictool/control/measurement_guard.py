@@ -30,7 +30,7 @@ def write_guard(
     while `GuardNodes.fault` is true.
     """
     program.block(
-        f"an input that is no number keeps its last valid value for at most {hold_samples} "
+        f"an input that is not a number keeps its last valid value for at most {hold_samples} "
         "samples; then the fault is set"
     )
     used = {}

@@ -34,7 +34,7 @@ STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
 
 @dataclass(frozen=True)
 class SlipMode:
-    """Cell of the switched observer: interval of positions in one direction of motion.
+    """Mode of the switched observer in slip: an interval of positions in one direction.
 
     - high: upper end of the interval [rad | m]
     - friction: magnitude f_i of the friction [N m | N]

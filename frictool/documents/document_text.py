@@ -71,7 +71,7 @@ def compose(text: str, path: Path) -> yaml.Node:
 def is_format(path: Path, name: str) -> bool:
     """Return True if the document at `path` has the format `name`, in any version.
 
-    Raises InputFileError if the file is no document.
+    Raises InputFileError if the file is not a document.
     """
     node = compose(read_text(path), path)
     pairs = node.value if isinstance(node, yaml.MappingNode) else []

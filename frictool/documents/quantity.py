@@ -78,7 +78,7 @@ ANGLE_NAME = re.compile(r"rad|deg|°|arc|rev|rpm|rps|turn|cycle|circle|gon", re.
 # Grad is a degree in German, but a giga-radian or a gradian in pint; no angle is in mega-radians
 AMBIGUOUS_ANGLE = re.compile(r"\b(?:[Gg]rads?|GRAD|[MTPEZY]rad)\b")
 OTHER_UNITS = {"temperature": ", K or degF"}  # of dimensions whose SI unit has no multiples
-# dimensions and kinds of axis to try in turn, if the unit decides between them
+# dimensions and kinds of axis, which are tried one after the other if the unit decides
 CHOICES: dict[str, tuple[tuple[str, Axis], ...]] = {
     **{
         f"{name} of either axis": ((name, "rotary"), (name, "linear"))

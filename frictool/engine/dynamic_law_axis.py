@@ -95,7 +95,10 @@ def with_dynamic_law(axis: Vector, dynamic: AxisDynamicLaw) -> Vector:
 
 
 def with_contact(state: Vector, dynamic: AxisDynamicLaw) -> Vector:
-    """Return the state (7,) of an axis, a step length of 0 s, and z of an undeflected contact."""
+    """Return the state of an axis with a dynamic law whose contact is undeflected.
+
+    It consists of the state of the axis (7,), the step length 0 s, and the internal state z.
+    """
     kernels = dynamic.law.kernels
     assert isinstance(kernels, DynamicKernels)
     return np.concatenate([state, [0.0], kernels.reset(dynamic.p)])

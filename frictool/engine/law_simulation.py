@@ -79,8 +79,8 @@ class LawRunSettings:
     tolerance: relative tolerance of a dynamic law.
     speed_scale: reference speed of the error control [m/s | rad/s]; the error of a lower speed is
         measured relative to `speed_scale`.
-    length_scale: presliding displacement [m | rad]; the change of an internal state over this
-        displacement is the reference size of the state in the error control.
+    length_scale: presliding displacement [m | rad]; the error of an internal state is measured
+        relative to the change of the state over this displacement.
     extension: extended friction (friction/law_extension.py); the first rest begins at 0 s.
     most_events: allowed number of events.
     """

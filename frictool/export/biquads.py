@@ -78,8 +78,8 @@ def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering
     reach = [entering, *(entering * response_sum(sections[: k + 1]) for k in range(len(sections)))]
     if not all(math.isfinite(one) for one in reach):
         raise NoSolutionError(
-            f"{name}: a section has a pole on or outside the unit circle, so that its output has "
-            f"no bound in {number}; use --number float, or --lang c, which saturates"
+            f"{name}: a section has a pole on or outside the unit circle, and may overflow in "
+            f"{number}; use --number float, or --lang c, which saturates"
         )
     scales = [one / REACH if one > 0.0 else 1.0 for one in reach]
     scaled = [

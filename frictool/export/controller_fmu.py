@@ -31,7 +31,7 @@ def controller_fmu(
 
     - program: program of the controller
     - number: number format of the code
-    - sources: files of `--lang c`, of which the header and the source are used
+    - sources: files of `--lang c`; only the header and the source are used
     - origin: origin of the controller's document
 
     Raises NoSolutionError if the number format is fixed point.

@@ -125,7 +125,7 @@ def without_features(
 def left_out_levels(model: Model, *names: str) -> list[str]:
     """Return a line for each of the parameters `names` (breakaway, offset) that is not exported.
 
-    A breakaway equal to the Coulomb friction and an offset of 0 are no loss.
+    A breakaway equal to the Coulomb friction and an offset of 0 need no export.
     """
     today, unit = model.parameters, si_unit("effort", model.axis)
     lines = []

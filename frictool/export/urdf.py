@@ -51,7 +51,7 @@ class XmlElement:
 def xml_tree(path: Path, data: bytes) -> XmlElement:
     """Return the root element of an XML file.
 
-    Raises InputFileError if the file is no XML, or if its values cannot be replaced byte by byte.
+    Raises InputFileError if the file is not XML, or if its values cannot be replaced byte by byte.
     """
     parser = expat.ParserCreate()
     root = XmlElement("", {}, 0, 1)
@@ -132,7 +132,7 @@ def urdf_files(
     - name: name of the joint; None selects the only joint of the model's kind
     - without: features of the model that are left out
 
-    Raises InputFileError if the file is no robot description or has no such joint, and
+    Raises InputFileError if the file is not a robot description or has no such joint, and
     NoSolutionError if the model has a feature that a joint's dynamics cannot represent.
     """
     model, notes = without_features(model, "URDF and SDF", (), without)

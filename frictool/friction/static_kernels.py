@@ -1,8 +1,8 @@
 """Kernels that static laws share: force at rest, breakaway, and width of the rest band.
 
-At rest F equals the effort u within [-F_s(-), F_s(+)], the breakaway of each direction, as in
-the first lines of thesis (2.30)-(2.35). The rest band is the range of low velocities that a law
-treats as rest.
+F_s(+) and F_s(-) are the breakaways in positive and negative direction. At rest, F equals the
+effort u, limited to [-F_s(-), F_s(+)] (first lines of thesis 2.30 to 2.35). The rest band is the
+range of low velocities that a law treats as rest.
 """
 
 from __future__ import annotations

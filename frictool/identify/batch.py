@@ -204,8 +204,8 @@ class IdentifyJob:
             raise LogError(
                 group.name,
                 (
-                    f"contains logs of several units ({', '.join(units)}), but a model describes "
-                    "one unit; use --each log"
+                    f"contains logs of several actuators (--unit: {', '.join(units)}), but a model "
+                    "describes one actuator; use --each log"
                 ),
             )
         dates = sorted(one.date for one in origins if one.date is not None)

@@ -182,8 +182,8 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
     """Return a mask (size,) of the samples at which the logger read the effort.
 
     `updates` are the samples at which the value changes, and `hold` is the number of samples
-    between two readings. A value that lasts longer was read again unchanged: the sample `hold`
-    samples before each change is also marked.
+    between two readings. A reading that repeats the last value causes no change. The sample `hold`
+    samples before each change is therefore marked, too.
     """
     out = np.zeros(size, dtype=np.bool_)
     out[[0, *updates.tolist()]] = True

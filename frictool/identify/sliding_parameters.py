@@ -111,8 +111,9 @@ def _with_fitted_values(
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    The intervals do not change if the drive was off, since no effort shows the effects, or if a
-    comparison method has a large force error, of which `fit_warnings` warns.
+    The intervals do not change if the drive was off, since no effort then shows the effects. They
+    do not change either if a comparison method has a large force error; `fit_warnings` warns of
+    this error.
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):

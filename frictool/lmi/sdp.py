@@ -114,7 +114,7 @@ def solve(
     except BaseException as error:
         if (
             type(error).__name__ != "PanicException"
-        ):  # pyo3's PanicException is no Exception: an eigenvalue routine inside failed
+        ):  # pyo3's PanicException is not an Exception; an eigenvalue routine has failed
             raise
         return SdpSolution(np.full(count, np.nan), "Panicked", False)
     x = np.asarray(solution.x, dtype=np.float64)

@@ -120,7 +120,7 @@ def switched_gains(
     best = next(each for each in candidates if each.gamma <= MOST_ROOM * least)
     return replace(
         best, smallest_gamma=min(without.gamma, least)
-    )  # gains with a decay also solve the inequalities without one
+    )  # gains with a decay also solve the inequalities without a decay
 
 
 def _candidates(

@@ -43,5 +43,8 @@ def noise_floor(signal: Vector) -> float:
 
 
 def peak_factor(samples: int) -> float:
-    """Return the peak that `samples` values of white noise hardly exceed [standard deviations]."""
+    """Return the peak of `samples` values of white noise, divided by the standard deviation.
+
+    The noise hardly ever exceeds this peak.
+    """
     return math.sqrt(2.0 * math.log(max(samples, 2))) + MARGIN

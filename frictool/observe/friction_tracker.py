@@ -104,7 +104,10 @@ def _ends(quantity: Quantity | None) -> tuple[float | None, float | None]:
 
 
 def _unsure(quantity: Quantity, part: float) -> Vector:
-    """Return value, lower and upper end (3,) of a quantity; without a range, value (1 ± `part`)."""
+    """Return value, lower and upper end (3,) of a quantity.
+
+    A quantity without a range gets the range from value (1 - `part`) to value (1 + `part`).
+    """
     low, high = quantity.interval
     if low == high:
         low = (1.0 - part) * quantity.value
@@ -113,10 +116,11 @@ def _unsure(quantity: Quantity, part: float) -> Vector:
 
 
 def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
-    """Return the arrays `factors` (3, 3) and `zones` (k, 5) of kernels/friction_interval.py.
+    """Return the wear as the arrays `factors` (3, 3) and `zones` (k, 5).
 
-    Relative half width: sqrt(rough^2 + w^2), where `rough` is that of the friction at one position,
-    and w that of the wear.
+    kernels/friction_interval.py describes the arrays. `rough`: relative half width of the friction
+    at one position. The relative half width of a factor is sqrt(rough^2 + w^2), where w is the
+    relative half width of the wear.
     """
     is_added = estimate.kind == "additive" and estimate.added is not None
     both = EstimateRange(1.0, 1.0, 1.0) if is_added else estimate.wear

@@ -179,7 +179,7 @@ def _strokes(
     played = list(result.kinds.values()).count(SLIDING_LOG)
     if played >= MOST_STROKES:
         why = (
-            f"{why}; {played} logs of motion did not change this: remove the cause, then start anew"
+            f"{why}; {played} logs of motion did not change this: remove the cause and start again"
         )
         return PlanStep("unexplained", why, None, reached, exit_code=EXIT_NO)
     known = bench.mechanics

@@ -10,7 +10,7 @@ Between motor and load there may be a backlash of full width rho, (4.45). The po
 = (motor position - load position) stays in [-rho/2, rho/2]. If z = sign(v) rho/2, the backlash is
 closed, the motor carries the load, and the friction of the axis acts. Otherwise the load stays at
 rest, and only `backlash_coulomb` opposes the motor (`backlash_breakaway` if the motor is at rest).
-The load has no separate inertia (thesis 2.2.4): contact does not change the velocity. The offset
+The load has no separate inertia (thesis 2.2.4): a contact does not change the velocity. The offset
 belongs to the drive and always acts. plant/axis_friction_laws.py makes the friction depend on
 direction, speed, position and time at rest, and adds end stops.
 

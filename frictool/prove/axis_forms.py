@@ -152,8 +152,8 @@ def drive_bounds(f: Forms, o: int, c: AxisCell) -> tuple[float, float]:
 def frictions(contact: int, forward: bool, c: AxisCell) -> tuple[float, float, float]:
     """Return least and largest friction, and largest viscous coefficient, divided by the inertia.
 
-    contact: contact with the load (ANY ... BEHIND). forward: True for a motion in positive
-    direction.
+    contact: contact with the load, one of the constants ANY to BEHIND. forward: True for a motion
+    in positive direction.
     """
     inside = contact == GAP or contact == (BEHIND if forward else IN_FRONT)
     sure = contact == (FORWARD if forward else BACKWARD)
@@ -166,8 +166,8 @@ def frictions(contact: int, forward: bool, c: AxisCell) -> tuple[float, float, f
 def breakaways(contact: int, forward: bool, c: AxisCell) -> tuple[float, float]:
     """Return the least and the largest breakaway, divided by the inertia [rad/s^2 | m/s^2].
 
-    contact: contact with the load (ANY ... BEHIND). forward: True for a motion in positive
-    direction.
+    contact: contact with the load, one of the constants ANY to BEHIND. forward: True for a motion
+    in positive direction.
     """
     least, most, _ = frictions(contact, forward, c)
     inside = contact == GAP or contact == (BEHIND if forward else IN_FRONT)

@@ -64,9 +64,8 @@ TAIL = 0.1001  # share of a hold, at its end, in which the axis has to rest
 FIRST_SIZE = (0.013, 0.042, 8.8)  # of the first cells: relative, relative, 1/s
 SMALLEST_PART = 2.0  # encoder counts: intervals of starts are not divided further
 WIDEST_PART = 1.5  # rad | m: longest interval of starts of one tube
-FIRST_PAUSE = (
-    20  # samples: earlier times at which the prefilter leaves the settled range are no pause
-)
+# least number of samples before a pause; the prefilter may leave the settled range earlier
+FIRST_PAUSE = 20
 SLACK = 1e-7  # rad | m
 ROUND_SIZE = 500  # cells of the search between two estimates of the expected gain
 Ends = tuple[float, float]

@@ -158,7 +158,7 @@ def _magnitude(a: float, x: Vector, b: float, y: Vector) -> float:
 
 @kernel
 def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vector) -> None:
-    """Bound the final position with released drive, and its distance from earlier positions.
+    """Bound the final position after the drive is 0, and its distance from earlier positions.
 
     stop: additional speed by the decaying drive, and least deceleration forwards and backwards.
     past: forms of the position at `count` earlier samples. bounds: array for the results, LOW and

@@ -245,9 +245,10 @@ def _select(f: Forms, c: ControllerRows, d: int, a: int, b: int, e: int, limit: 
 
 @part_kernel
 def _largest_held(f: Forms, c: ControllerRows, sign: float, limit: float) -> float:
-    """Return a bound of sign * (change of eta) where sign * (last drive) exceeds the limit.
+    """Return a bound of sign * (change of eta) for the case sign * (last drive) > limit.
 
-    There, sign * change <= sign * change + factor (sign * drive - limit) for every factor >= 0.
+    In this case, sign * change <= sign * change + factor (sign * drive - limit) for every
+    factor >= 0. The bound is the smallest maximum of the right side over all tried factors.
     """
     best = np.inf
     for t in range(15):

@@ -1,8 +1,8 @@
 """Backlash reflected to the actuator and to the sensor (thesis 2.1.5).
 
 A backlash of width rho at block b has the width rho |q_s'/q_b'| at the block s of the source; q_b'
-and q_s' are the speeds of b and s. Widths in series are added; of parallel paths, the path with the
-largest width is used. While the backlash is open, only the blocks between the source and the
+and q_s' are the speeds of b and s. Widths in series are added. Among parallel paths, the path with
+the largest width is used. While the backlash is open, only the blocks between the source and the
 backlash move, against the friction of these blocks (thesis (4.45)).
 """
 

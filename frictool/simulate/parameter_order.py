@@ -62,8 +62,8 @@ def check_least(
             refuse(
                 below.document,
                 below.key,
-                f"{problem}; allowed: at most this {parameter.label}; otherwise also write a range "
-                f"of {parameter.label}",
+                f"{problem}; allowed: at most the {parameter.label}; lower this value, or write a "
+                f"range of {parameter.label} too",
             )
         without = "without a range" if ends.document == names.model else "if left out"
         problem = (
@@ -73,7 +73,7 @@ def check_least(
         refuse(
             ends.document,
             ends.key,
-            f"{problem}; allowed: at least this {label}; {without}, {parameter.label} keeps its "
+            f"{problem}; allowed: at least the {label}; {without}, {parameter.label} keeps its "
             f"ratio to {label}",
         )
 

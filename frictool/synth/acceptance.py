@@ -134,7 +134,7 @@ def sprung(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Spring
 def linear_loops(
     problem: SynthesisProblem, linear: stored.LinearController, around: SurroundingBlocks
 ) -> LinearLoops:
-    """Return the closed loops of `linear` and its surrounding blocks at every vertex."""
+    """Return the loops that `linear` and its surrounding blocks close, for every vertex."""
     return LinearLoops(
         structure=problem.design.structure,
         domain=problem.design.domain,

@@ -260,9 +260,11 @@ class _WeightRules:
         )
 
     def _command_of_noise(self, noise: float) -> float:
-        """Return the product W_u W4 of the weights of command and noise, from the encoder's noise.
+        """Return the product W_u W4 of the weights of command and noise.
 
-        Raises FrictoolError if the noise weight is 0, since W_u cannot be derived then.
+        The product allows one encoder count to change the command by the fraction `count_share` of
+        the drive's limit. Raises FrictoolError if the noise weight W4 is 0, since W_u would then be
+        infinite.
         """
         if noise <= 0.0:
             raise FrictoolError(
@@ -276,7 +278,7 @@ class _WeightRules:
             "command",
             product / noise,
             "",
-            f"one encoder count may ask for {share:g} times the drive's limit {self.limit:g}",
+            f"one encoder count may cause {share:g} times the drive's limit {self.limit:g}",
         )
         return product
 

@@ -41,7 +41,7 @@ def loop_checks(
 ) -> tuple[DelayCheck, ...]:
     """Return the worst spectral radius and modulus margin of several loops, for each delay.
 
-    - point: plant
+    - point: parameters of the plant
     - lag: time constant of the drive [s]
     - delays: computational delays [samples]
     """

@@ -418,7 +418,7 @@ def enclose_responses(loop: KernelLoop, at: LoopTerms, space: KernelWorkspace) -
     """Write the Taylor coefficients of T in a cell to `space`; return the norm of the remainder.
 
     The closed-loop matrix T has the rows error, drive, command and eta, and the columns reference,
-    friction and noise, as far as these signals have weights. The remainder is infinite if the
+    friction and noise; signals without a weight are left out. The remainder is infinite if the
     enclosure of the characteristic polynomial contains zero.
     """
     if not at.over[4] < math.inf:

@@ -415,7 +415,7 @@ def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
             Spread(parameters={"breakaway": Span(50.0, 60.0, "mN m")}),
             (
                 "parameters.breakaway: found 0.05 to 0.06 N m, below Coulomb friction of up to "
-                "0.18 N m; allowed: at least this",
+                "0.18 N m; allowed: at least the",
             ),
         ),
         (

@@ -170,7 +170,7 @@ def test_parameters_that_cannot_be_simulated_are_one_line(
         (
             "inertia: {value: 1,",
             "inertia: {value: 1e300,",
-            "the tests' unit of time is 1e+300 s, their unit of length inf",
+            "the tests' time scale is 1e+300 s, their length scale inf",
         ),
         (
             "breakaway: {value: 1.5,",

@@ -1,4 +1,4 @@
-"""The guard of the inputs, in every number format: the last valid value bridges what is no number,
+"""The guard of the inputs, in every number format: the last valid value replaces an invalid input,
 then the drive is 0."""
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _fault(program: Program, made: CompiledProgram) -> bool:
 def _with_losses(
     samples: list[Sample], lost: list[tuple[int, float, int, int]]
 ) -> list[list[float]]:
-    """The samples with bursts of what is no number: input, value, length, distance to the burst
+    """The samples with bursts of invalid inputs: input, value, length, distance to the burst
     before."""
     rows, at = [list(sample) for sample in samples], 0
     for which, value, length, distance in lost:

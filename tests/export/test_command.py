@@ -238,8 +238,8 @@ def test_fixed_point_of_a_scheduled_controller_is_refused_with_what_would_do(
 @pytest.mark.skipif(not COMPILERS, reason="no C compiler: neither gcc nor clang is on the PATH")
 @pytest.mark.parametrize("number", NUMBERS)
 def test_the_self_test_loses_inputs_and_recovers(number: str, tmp_path: Path) -> None:
-    """The vectors hold what is no number, the fault they set and the start that ends it; a wrong
-    row of the fault is noticed."""
+    """The vectors contain invalid inputs, the fault that these set, and the start that ends it. A
+    wrong row of the fault is noticed."""
     path = tmp_path / "controller.yaml"
     path.write_text(
         to_yaml(truthful(replace(clutch_controller(CUT_LAW), measurement_hold_samples=2)))

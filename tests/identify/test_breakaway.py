@@ -233,7 +233,7 @@ def test_five_breakaways_in_a_direction_are_enough_and_four_are_not(
     monkeypatch.setattr(onset_friction, "find_onsets", lambda *_: forward[:5])
     assert breakaway([log], clutch(), KNOWN, 0.95).onsets == 5
     monkeypatch.setattr(onset_friction, "find_onsets", lambda *_: forward[:4])
-    with pytest.raises(UnusableLogs, match="4 breakaways"):
+    with pytest.raises(UnusableLogs, match="found 4 forward"):
         breakaway([log], clutch(), KNOWN, 0.95)
 
 

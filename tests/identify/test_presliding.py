@@ -155,7 +155,7 @@ def test_what_does_not_tell_presliding_is_refused() -> None:
         find_loops([slow_loops("lugre", 1, 0.5 * Z_MAX)], KNOWN)
     with pytest.raises(UnusableLogs, match="reverses 2 times; needed: at least 5"):
         find_loops([slow_loops("lugre", 1, COUNT, turns=(0.8, -0.8, 0.8))], KNOWN)
-    with pytest.raises(UnusableLogs, match="the presliding distance needs at least 50 %"):
+    with pytest.raises(UnusableLogs, match="needed for the presliding distance: at least 50 %"):
         maxwell(
             find_loops([slow_loops("maxwell_slip", 1, 0.1 * COUNT, turns=(0.2, -0.2) * 4)], KNOWN),
             0.95,

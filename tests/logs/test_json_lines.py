@@ -66,7 +66,7 @@ def test_a_line_of_another_message_needs_no_date(tmp_path: Path) -> None:
 def test_a_damaged_line_is_named_or_lost(tmp_path: Path) -> None:
     for lines in (300, 4):  # beyond and among the lines that name the columns
         table = table_of(tmp_path, "\n" + '{"pos": 1}\n{"pos": 2}\n' * (lines // 2) + '{"pos": 1')
-        with pytest.raises(LogError, match=rf":{lines + 2}: is no JSON.*ingest --salvage"):
+        with pytest.raises(LogError, match=rf":{lines + 2}: is not JSON.*ingest --salvage"):
             column(table, "pos")
         losses: list[DataLoss] = []
         assert len(column(table, "pos", losses)) == lines

@@ -251,7 +251,7 @@ def test_a_log_without_its_units_is_refused():
 
 
 def test_an_mcap_with_other_messages_is_named():
-    with pytest.raises(LogError, match="is no canonical log: channel"):
+    with pytest.raises(LogError, match="is not a canonical log: channel"):
         read_mcap(measured("formats/ros2_talker.mcap"))
 
 

@@ -102,7 +102,7 @@ def test_units_are_converted_and_what_is_wrong_is_named(tmp_path: Path) -> None:
             "coulomb: {value: 0.1, unit: N m}, breakaway: {value: 50, unit: mN m}",
             (
                 "given.breakaway: found 0.05 N m, below Coulomb friction of 0.1 N m; "
-                "allowed: at least this Coulomb friction; if left out, breakaway keeps its ratio",
+                "allowed: at least the Coulomb friction; if left out, breakaway keeps its ratio",
             ),
         ),
     ):

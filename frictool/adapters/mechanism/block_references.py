@@ -51,7 +51,7 @@ class BlockNames:
         hint = f", did you mean {near[0]!r}?" if near else ""
         raise ElementError(
             key,
-            f"found {name!r}, which is no block{hint}; allowed: {', '.join(self.names)}, and "
+            f"found {name!r}, which is not a block{hint}; allowed: {', '.join(self.names)}, and "
             f"{GROUND}, the frame",
         )
 

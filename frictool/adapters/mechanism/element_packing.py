@@ -165,8 +165,8 @@ class ElementArrays:
         if min(cam.force.value.values) < 0.0:
             raise ElementError(
                 f"{key}.force.value",
-                f"found {min(cam.force.value.values):g}; allowed: >= 0, since the spring only "
-                "presses",
+                f"found {min(cam.force.value.values):g}; allowed: >= 0, since the spring can only "
+                "push",
             )
         check_unit(f"{key}.angle.position", cam.angle.position, "position", kind, cam.on)
         if cam.angle.value.unit != "rad":

@@ -53,7 +53,10 @@ def file_name(metric: MetricLimit) -> str:
 
 
 def commands_of(number: ProgramNumber) -> Commands:
-    """Return a function: scenario file name -> (`command`, `typed`) of a WorstCase."""
+    """Return a function that computes `command` and `typed` of a WorstCase.
+
+    The argument of this function is the name of the scenario file.
+    """
 
     def of(scenario: str) -> tuple[str, str]:
         words = replay_command(

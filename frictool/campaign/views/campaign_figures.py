@@ -162,7 +162,7 @@ def failing_plane(findings: Findings) -> PageFigure | None:
         "%", " %"
     )
     beyond = (
-        f", {pair.beyond:.0%} of it only together".replace("%", " %")
+        f"; their interaction alone explains {pair.beyond:.0%}".replace("%", " %")
         if pair.beyond > max(0.01, 3.0 * pair.error)
         else ""
     )

@@ -189,10 +189,11 @@ def pair_lines(findings: Findings) -> list[str]:
     if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
         return []
     first, second = (findings.trials.space.factors[i].label for i in (pair.first, pair.second))
-    shares = f"{pair.joint:.0%} of the variance of pass or fail, {pair.beyond:.0%}".replace(
-        "%", " %"
-    )
-    return [f"{first} and {second} explain {shares} of it only together"]
+    joint, beyond = (f"{100.0 * one:.0f} %" for one in (pair.joint, pair.beyond))
+    return [
+        f"{first} and {second} explain {joint} of the variance of pass or fail; their interaction "
+        f"alone explains {beyond}"
+    ]
 
 
 def question_text(question: FailureComparison) -> str:

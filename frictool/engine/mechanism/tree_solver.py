@@ -100,8 +100,8 @@ def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]
     """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
     An unloaded self-locking joint cannot hold the driving end, which slips under any effort. The
-    slip stops at once if the driving end then drives the load. leaves: True if the tree starts to
-    move. direction, acceleration: values of the root.
+    slip ends immediately if the driving end then drives the load. leaves: True if the tree starts
+    to move. direction, acceleration: values of the root.
     """
     k, p, _, members, _, w = tree
     if stays_loaded(tree, 0.0):

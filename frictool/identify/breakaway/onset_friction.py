@@ -319,9 +319,9 @@ def onset_data(
                 "each ramp, or filter the position"
             )
         raise UnusableLogs(
-            f"found {forward} breakaways forward and {len(onsets) - forward} backward under an "
-            "effort that rises linearly from a low level; needed: at least "
-            f"{FEWEST_ONSETS} in one direction"
+            f"found {forward} forward and {len(onsets) - forward} backward breakaways in linear "
+            f"ramps of the effort from a low level; needed: at least {FEWEST_ONSETS} in one "
+            "direction"
         )
     position = np.array([o.position for o in used])
     direction = np.array([o.direction for o in used])

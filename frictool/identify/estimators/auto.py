@@ -60,7 +60,7 @@ from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.slip_fit import weighted_fit
 
 STRIBECK_CURVE = "stribeck-curve"
-FAR = 0.5  # largest ratio of half widths, least squares to sines, at which the former are used
+FAR = 0.5  # least squares are used if their half widths are at most this share of those of sines
 WEAK_DETAILS = ("window", "position_order")
 DROPPABLE = ("viscous", "offset")
 

@@ -80,7 +80,7 @@ LONGEST_SHARE = 0.25  # longest window of `smoother`, relative to a stroke
 FALSE_ALARM = 0.02  # probability that any hypothesis is significant if all are wrong
 ROWS_PER_WINDOW = 8  # number of rows per length of a smoothing window
 MOST_ROWS = 8_000  # approximate largest number of rows of all records
-# largest number of samples that are searched; of longer logs, PARTS evenly spaced parts are used
+# largest number of samples that are searched; in longer logs, only PARTS evenly spaced parts are
 MOST_SAMPLES, PARTS = 300_000, 20
 MOST_LEFT = 3  # largest number of hypotheses that are reported as left in the residual
 # largest squared prediction error, relative to that without the hypothesis, at which an effect is
@@ -113,7 +113,7 @@ class ExplanationSearch:
     def of(
         cls, records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
     ) -> ExplanationSearch:
-        """Return the search in these records; of long records, only evenly spaced parts are used.
+        """Return the search in these records, or in evenly spaced parts of long records.
 
         Raises UnusableLogs if the axis never moves by more than one encoder count.
         """

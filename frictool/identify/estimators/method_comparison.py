@@ -101,7 +101,7 @@ class ComparedData:
     fits: Sequence[SlidingFit]
 
     def all(self, bench: Bench) -> tuple[list[MotionRecord], Bench, IdentificationSettings]:
-        """Return the arguments for fitting a method to all logs: records, `bench` and settings."""
+        """Return all records, `bench` and the settings, as arguments of a method's fit."""
         return self.records, bench, self.settings
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from frictool.documents.bench import DRIVE_NOISE_SHARE, Bench
 from frictool.documents.load_terms import OVER_POSITION
-from frictool.documents.quantity import si_unit
+from frictool.documents.quantity import Axis, si_unit
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.cramer_rao import DeclaredLoads, PriorAxis, SensorPrecision
 from frictool.identify.rows.load_terms import HARMONICS, declared_terms, wave_number
@@ -41,7 +41,7 @@ class BenchLimits:
     - load: largest effort of the declared loads over the travel
     """
 
-    axis: str
+    axis: Axis
     low: float
     high: float
     speed: float
@@ -92,10 +92,11 @@ def limits_of(bench: Bench) -> BenchLimits:
     load = known_load(bench)
     left = effort - coulomb - offset - load
     if left <= 0.0:
-        also = " and the load take" if load else " takes"
+        also = " and load need" if load else " needs"
+        unit = si_unit("effort", bench.axis)
         raise NoSolutionError(
-            f"{bench.name}: the drive may give only {effort:.3g} {si_unit('effort', bench.axis)} "
-            f"at its limit, but friction{also} up to {coulomb + offset + load:.3g}; raise "
+            f"{bench.name}: friction{also} up to {coulomb + offset + load:.3g} {unit}; allowed: "
+            f"below {effort:.3g}, the least effort at the drive's limit; raise "
             "actuator.limit, or narrow `mechanics`"
         )
     if known.top_speed is None and viscous <= 0.0:

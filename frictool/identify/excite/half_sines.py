@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import BenchLimits
 from frictool.typing import Vector
@@ -48,10 +49,11 @@ def spare_effort(limits: BenchLimits) -> float:
     left = TOP_SHARE * limits.effort - limits.steady
     if left <= 0.0:
         needing = "friction and load need" if limits.load else "friction needs"
+        unit = si_unit("effort", limits.axis)
         raise NoSolutionError(
-            f"effort: {100 * TOP_SHARE:g} % of the effort at the drive's limit is "
-            f"{TOP_SHARE * limits.effort:.3g}, but {needing} up to {limits.steady:.3g}, so "
-            "the axis may not move; raise actuator.limit or narrow mechanics.coulomb"
+            f"effort: {needing} up to {limits.steady:.3g} {unit}; allowed: below "
+            f"{TOP_SHARE * limits.effort:.3g}, {100 * TOP_SHARE:g} % of the drive's largest "
+            "effort; raise actuator.limit, or narrow mechanics.coulomb"
         )
     return left
 

@@ -33,7 +33,7 @@ from frictool.logs.unpacked_size import refusal
 LONGEST_READABLE = 30  # maximum number of characters of the list of readable arrays in a message
 _LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
 FIRST_YEAR, LAST_YEAR = 1678, 2261  # first and last full year that int64 ns since 1970 can express
-STRIDED_BYTES = 1 << 22  # bytes of matrix rows that are read at once for one column
+STRIDED_BYTES = 1 << 22  # bytes of matrix rows that are read together for one column
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import zlib
 from pathlib import Path
 from typing import IO
 
-PIECE = 1 << 16  # bytes read at once
+PIECE = 1 << 16  # bytes in one read
 
 
 class ByteStream:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 MAGIC = b"PAR1"
 UNIT = b"unit"  # key in a field's metadata
-BUFFER = 1 << 20  # bytes of a column read at once
+BUFFER = 1 << 20  # bytes of a column in one read
 DEEPEST = 8  # maximum depth of structures
 
 

@@ -146,7 +146,7 @@ class CanonicalReader:
         if fields is None:
             kind = schema.name if schema is not None else "no schema"
             self.fail(
-                f"is no canonical log: channel {channel.topic!r} contains {kind} in "
+                f"is not a canonical log: channel {channel.topic!r} contains {kind} in "
                 f"{channel.message_encoding or 'no encoding'}; allowed: /axis and /axis/NAME with "
                 "flat float64 fields in cdr (`frictool ingest` writes them)"
             )

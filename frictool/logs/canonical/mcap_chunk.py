@@ -9,7 +9,7 @@ import zlib
 import zstandard
 
 LARGEST = 256_000_000  # bytes, maximum plain size of a chunk; frictool writes at most 4 million
-PIECE = 1 << 16  # bytes decompressed at once
+PIECE = 1 << 16  # bytes decompressed in one call
 # start, end, uncompressed size, CRC, length of the compression's name
 _FIXED = struct.Struct("<QQQII")
 _U64 = struct.Struct("<Q")
@@ -80,9 +80,9 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
 
 
 def chunk_prefix(rest: bytes) -> bytes:
-    """Return the bytes of a truncated chunk that can still be decompressed.
+    """Return the beginning of a truncated chunk, decompressed as far as possible.
 
-    rest: beginning of the body of the chunk record.
+    rest: part of the body of the chunk record that exists.
 
     The last record in the result may be incomplete. Raises ValueError if the head of the chunk is
     truncated.

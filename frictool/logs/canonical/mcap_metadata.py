@@ -35,7 +35,7 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) ->
         if missing:
             raise LogError(
                 path,
-                f"is no canonical log: metadata {UNITS!r} has no "
+                f"is not a canonical log: metadata {UNITS!r} has no "
                 f"{message_path(one.topic, missing[0])!r}",
             )
         heads_read.append(

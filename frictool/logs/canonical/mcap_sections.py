@@ -25,7 +25,7 @@ from frictool.logs.canonical.mcap_records import (
 )
 from frictool.logs.unpacked_size import UnpackedBudget
 
-BATCH_BYTES = 1 << 20  # uncompressed bytes that are passed between the threads at once
+BATCH_BYTES = 1 << 20  # uncompressed bytes that are passed between the threads as one batch
 AHEAD_BYTES = 1 << 24  # uncompressed bytes that may wait for the reader; a chunk may be larger
 INDEX_BYTES = 1 << 26  # bytes of indexes kept per chunk
 _INDEX = struct.Struct("<HI")  # channel, bytes of entries

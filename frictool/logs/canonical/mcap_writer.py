@@ -44,7 +44,7 @@ from frictool.logs.stream_source import SampleBlock
 from frictool.typing import Vector
 
 LIBRARY = "frictool"
-BATCH_BYTES = 1 << 20  # bytes of values packed at once: chunks of a slow log are small
+BATCH_BYTES = 1 << 20  # bytes of values packed in one batch: chunks of a slow log are small
 MOST_PACKING = 4  # maximum number of batches that wait to be written
 
 Notes = dict[str, dict[str, str]]  # metadata records: name -> key -> text

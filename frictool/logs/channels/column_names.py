@@ -100,7 +100,7 @@ def clarity(name: str) -> int:
 
 
 def is_no_signal(name: str) -> bool:
-    """Return True if a name denotes a supply, a limit or an error, which are no channels.
+    """Return True if a name denotes a supply, a limit or an error instead of a channel.
 
     >>> is_no_signal("Ori_err_norm_rad"), is_no_signal("3V3"), is_no_signal("angle")
     (True, True, False)

@@ -26,7 +26,7 @@ import scipy
 from frictool.typing import Vector
 
 FEWEST = 50  # least number of samples of y for which x is known at all allowed offsets
-MOST = 20_000  # maximum number of samples; of a longer record, every n-th sample is used
+MOST = 20_000  # maximum number of samples; every n-th sample of a longer record is used
 SMOOTHED = 2.0  # standard deviation of the smoothing, in samples of the slower signal
 LEAST_EXPLAINED = 0.5  # least explained share of the variance of y
 AS_GOOD = 1.5  # an offset fits equally well up to this multiple of the least sum of squares
@@ -146,6 +146,6 @@ def _refuse_others(lags: Vector, misfit: Vector, best: int, near: float) -> None
     if others:
         both = f"{lags[best]:.6g} s and {lags[others[0]]:.6g} s"
         raise ValueError(
-            f"offsets of {both} fit equally well; allow less than half a period of the motion "
-            "(clock_estimate.most)"
+            f"offsets of {both} fit equally well; lower clock_estimate.most below half a period of "
+            "the motion"
         )

@@ -36,7 +36,7 @@ def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
         try:
             return _mapping(Message.FromString(data))
         except (message.DecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"is no {kind} ({' '.join(str(error).split())})") from None
+            raise ValueError(f"is not a {kind} ({' '.join(str(error).split())})") from None
 
     return ObjectDecoder(objects)
 

@@ -57,7 +57,7 @@ def parts_of(folder: Path) -> list[Path]:
         names = [str(name) for name in about["relative_file_paths"]]
         compressed = str(about.get("compression_mode") or "").upper() not in ("", "NONE")
     except InputFileError as error:
-        raise LogError(folder, f"is no ROS 2 bag: {error}") from None
+        raise LogError(folder, f"is not a ROS 2 bag: {error}") from None
     except (yaml.YAMLError, ValueError, KeyError, TypeError, AttributeError):
         raise LogError(
             folder / METADATA, f"names no files; expected: {ROOT} with relative_file_paths"

@@ -237,16 +237,15 @@ def _over_rest(
 ) -> float:
     """Return the largest growth of e' P e from the start of a rest to the first sample after it.
 
-    The estimate of the wear alpha is constant during the rest. Raises NoSolutionError if the errors
+    The estimate of the wear is constant during the rest. Raises NoSolutionError if the errors
     of position and speed do not decay in a rest.
     """
     resting = mode.a - gains[:, :1] @ mode.c[:1]
     resting[2] = (0.0, 0.0, 1.0)
     if radius(resting[:2, :2]) >= 1.0:
         raise NoSolutionError(
-            "not verified: in mode 0, with a constant estimate of alpha, "
-            "the errors of position and speed have an eigenvalue of "
-            f"modulus {radius(resting[:2, :2]):.6g}; it must be below 1"
+            "not verified: in mode 0 (stuck), the errors of position and speed have an eigenvalue "
+            f"of modulus {radius(resting[:2, :2]):.6g}; allowed: below 1"
         )
     t = solution.t
     step = np.linalg.solve(t, resting @ t)

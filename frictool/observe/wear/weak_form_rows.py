@@ -59,7 +59,11 @@ def attached(state: Vector, step: float, gap: float) -> float:
 
 @kernel
 def slips(position: Vector, k: int, reach: int, carried: float, numbers: Vector) -> float:
-    """Return the direction (1 or -1) if axis and load certainly slip at sample k, else 0."""
+    """Return the direction (1 or -1) in which axis and load certainly slip at sample k, else 0.
+
+    The displacements over `reach` samples before and after k must have one direction, and speeds
+    between SLOWEST and FASTEST. In the direction `carried`, the axis is in contact with the load.
+    """
     before = position[k] - position[k - reach]
     after = position[k + reach] - position[k]
     least, most = (

@@ -204,8 +204,8 @@ def _redundant(
         raise ElementError(
             key,
             f"closes the loop {loop}, in which {lossy} has a loss: "
-            "how the force is shared is not determined; "
-            f"allowed: a rigid loop without loss; leave {link.name} out or make it compliant",
+            "the forces in the loop are not determined; "
+            f"allowed: a rigid loop without loss; remove {link.name}, or give it a compliance",
         )
     return f"{link.name} is left out: it closes the loop {loop} and adds no constraint"
 
@@ -236,8 +236,8 @@ def groups_of(
             group_names = ", ".join(names[block] for block in blocks)
             raise ElementError(
                 f"blocks.{names[root]}",
-                f"{group_names} has no inertia and no rigid link without play to a block with "
-                "inertia; give it an inertia, or such a link",
+                f"{group_names} has no inertia; add an inertia, or a rigid link without play to a "
+                "block with inertia",
             )
         groups.append(RigidGroup(root, blocks, tuple(ratio[block] for block in blocks), total))
     return tuple(groups)

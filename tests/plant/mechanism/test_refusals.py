@@ -42,7 +42,7 @@ SHAFT = "  shaft: {inertia: {value: 3.0e-4, unit: kg m^2}}\n"
 WRONG = [
     # names
     (RACK, RACK.replace("shaft, cart", "shaft, carts"), "links.rack.between",
-     ["'carts', which is no block, did you mean 'cart'?"]),
+     ["'carts', which is not a block, did you mean 'cart'?"]),
     (SPRING, SPRING.replace("ground", "grond"), "links.spring.between", ["did you mean 'ground'?"]),
     (GEAR, GEAR.replace("motor, shaft", "shaft, shaft"), "links.reducer.between",
      ["both ends on shaft", "two different ends"]),
@@ -79,7 +79,7 @@ WRONG = [
      ["found 0 mm; allowed: > 0"]),
     (SHAFT, SHAFT.replace("3.0e-4", "-1"), "blocks.shaft.inertia.value", ["allowed: >= 0"]),
     (CART, CART.replace("500", "0"), "blocks.cart",
-     ["cart has no inertia and no rigid link without play"]),
+     ["cart has no inertia; add an inertia, or a rigid link"]),
     (STOPS, STOPS.replace("-5", "5"), "links.ends",
      ["cart starts at 0 m; allowed: 0.005 to 0.04 m"]),
     (CART, CART.replace("500", "5.0e+40"), "blocks.cart.mass.value",
@@ -246,7 +246,7 @@ def test_a_loop_with_a_solution(tmp_path: Path) -> None:
         TRIANGLE.format(exact + ", efficiency: 0.9"), tmp_path
     )
     lossy_inside = TRIANGLE.replace("ratio: 3}}", "ratio: 3, efficiency: 0.9}}").format(exact)
-    assert "in which second has a loss: how the force is shared is not determined" in refusal(
+    assert "in which second has a loss: the forces in the loop are not determined" in refusal(
         lossy_inside, tmp_path
     )
     play = "backlash: {width: {value: 1, unit: mrad}}"
