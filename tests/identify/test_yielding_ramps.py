@@ -103,7 +103,7 @@ def test_noise_of_more_than_a_count_is_named(tmp_path: Path) -> None:
     """The breakaways are found up to a noise of 0.3 counts; above, the message tells the cause."""
     axis, found = compliant(3, 1e-3, 0.3, tmp_path)
     assert found.interval.low <= axis.breakaway <= found.interval.high
-    with pytest.raises(UnusableLogs, match=r"constant for 30 samples .* filter the noise") as error:
+    with pytest.raises(UnusableLogs, match=r"rests for 30 samples .* filter the position") as error:
         compliant(3, 1e-3, 1.0, tmp_path)
     assert len(str(error.value)) <= LONGEST
 
