@@ -60,11 +60,13 @@ def undriven(record: MotionRecord, bench: Bench, confidence: float) -> str | Non
 
     Half the difference of the mean efforts forward and backward is the friction that the drive
     overcomes, whatever the load. The message is returned if this friction, with either sign, is
-    significantly below WEAK times the smallest Coulomb friction of the bench.
+    significantly below WEAK times the smallest Coulomb friction of the bench. The rms deviation of
+    the effort from its median must also be below the smallest Coulomb friction.
     """
     found = stroke_friction(*stroke_efforts(record), confidence)
     least = bench.mechanics.coulomb.interval[0]
-    if found is None or max(-found.low, found.high) >= WEAK * least:
+    size = float(np.sqrt(np.mean((record.effort - np.median(record.effort)) ** 2)))
+    if found is None or max(-found.low, found.high) >= WEAK * least or size >= least:
         return None
     return (
         f"{Path(record.name).name}: the drive overcomes a friction of {abs(found.value):.2g} "
