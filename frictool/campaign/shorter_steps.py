@@ -81,7 +81,7 @@ class ShorterSteps(ResultView):
         """Return the largest violation of a limit, and its step; None if all limits are met.
 
         A violation without a number, such as an axis that never settles, is returned only if there
-        is no other one.
+        is no other violation.
         """
         broken = [
             (step, one)
@@ -153,7 +153,7 @@ def with_tolerance(model: Model, spec: Spec, length: float) -> Spec:
     """Return the specification for a step of `length` [rad | m].
 
     The axis may rest beyond the target, by at most `static_error`, or one encoder count if this is
-    larger. The overshoot may therefore be as large.
+    larger. The allowed overshoot is therefore at least this distance.
     """
     if spec.overshoot_percent is None:
         return spec

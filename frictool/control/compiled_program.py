@@ -276,8 +276,8 @@ def _give(v: Values, ports: IntVector, reference: float, position: float, veloci
 def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
     """Return the first row of `code` to run: 0, or the first row after the measurement guard.
 
-    If this sample and the last one are valid, the guard would only copy the inputs. This function
-    then copies the inputs instead.
+    If this sample and the previous sample are valid, the guard would only copy the inputs. In this
+    case this function copies the inputs, and the guard is skipped.
     """
     if (
         not valid

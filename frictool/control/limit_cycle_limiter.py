@@ -1,22 +1,23 @@
 """Limit-cycle limiter of a position loop (thesis 5.7), which releases the drive near the target.
 
     energy   | |e| - J v^2/(2 F') | < delta_e,  F' = F_c + F_cv (5.40)
-    error    |e| < delta_e, the cut-off that section 5.2.1 of the thesis argues against
+    error    |e| < delta_e                          (section 5.2.1 of the thesis advises against it)
 
-The drive is released while the condition of the line is true. e is the position error, v the speed,
-J the inertia, and delta_e the half-width of a band of positions around the target. F_c is the real
-friction; the virtual friction F_cv is an effort of the drive that brakes the axis. With `energy`
-the drive is released if real and virtual friction would stop the axis within delta_e of the target.
-The effort of the released drive is -F_cv tanh(v/v_r) (5.41), with the speed scale v_r. The two
-cases of (5.41) are exchanged here: as printed, the brake acts outside the band and the axis never
-starts. While the drive is released, the integrator keeps its value; the other states of the
-controller are updated as usual.
+The design selects one of the two conditions, `energy` or `error`. The drive is released while this
+condition is true. e is the position error, v the speed, J the inertia, and delta_e the half-width
+of a band of positions around the target. F_c is the real friction; the virtual friction F_cv is an
+effort of the drive that brakes the axis. With `energy` the drive is released if real and virtual
+friction together would stop the axis within delta_e of the target. The effort of the released drive
+is -F_cv tanh(v/v_r) (5.41), with the speed scale v_r. The thesis prints the two cases of (5.41) in
+the wrong order: the brake would act outside the band, and the axis would never start. While the
+drive is released, the integrator keeps its value; the other states of the controller are updated as
+usual.
 
 Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
 0. Boundedness and rest are proved, but not stability, because the derivative (5.12) of the Lyapunov
 function has no definite sign. delta_e should be at least one encoder step, and above |e| dF'/F' for
-the largest error dF' of the friction. v_r should be some encoder steps per time constant of the
-speed filter, such as 0.01 m/s on the mass of table 5.1.
+the largest error dF' of the friction. v_r should be a few encoder steps per time constant of the
+speed filter, for example 0.01 m/s for the mass of table 5.1.
 """
 
 from __future__ import annotations

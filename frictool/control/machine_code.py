@@ -69,8 +69,8 @@ def machine_code(program: CompiledProgram, output: int | None = None) -> Machine
     """Return the machine code of a program in double arithmetic.
 
     The result is None if the program is in another number format or if no compiler is available.
-    output: index of the value that the code returns, by default the drive; for a state, its value
-    before the update.
+    output: index of the value that the code returns, by default the drive. If the value is a state,
+    the code returns the state before its update.
     """
     if program.number != DOUBLE or settings.DISABLE_JIT:
         return None

@@ -6,8 +6,8 @@
     later            fault: the drive is 0 until the controller restarts at a valid position
 
 The state `holds_left` is the number of invalid samples that may still follow; it is -1 in the fault
-state. A valid sample before the fault resets `holds_left` to `hold_samples`. In fixed point, every
-value that is not finite is the same word (`INVALID` of control/fixed_point_kernel.py). A start
+state. A valid sample before the fault resets `holds_left` to `hold_samples`. In fixed point, one
+word stands for every value that is not finite (`INVALID` of control/fixed_point_kernel.py). A start
 at an invalid position sets the fault immediately.
 """
 

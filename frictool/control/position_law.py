@@ -1,6 +1,6 @@
 """Position laws of the cascade: the speed reference omega_c from the position error e.
 
-    square root    omega_c = k sqrt(|e|) sign(e)   outside the band   (5.19), (5.71), annex (5)
+    square root    omega_c = k sqrt(|e|) sign(e)   outside the band   thesis (5.19), (5.71)
                            = k e/sqrt(band)        inside, its linear continuation
                    with k = sqrt(2 F_c/J)
     proportional   omega_c = k e

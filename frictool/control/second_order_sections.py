@@ -46,7 +46,9 @@ def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
 def output(
     program: Program, sections: Chain, entering: ProgramNode, bounds: Matrix
 ) -> tuple[ProgramNode, list[tuple[ProgramNode, ProgramNode]]]:
-    """Write m second-order sections; return the unlimited drive, and input and output of each.
+    """Write m second-order sections to the program.
+
+    Return the node of the unlimited drive, and a list of the pairs (input, output) of the sections.
 
     entering: input e of the first section. `bounds` (2 m,): bounds of the states s1, s2.
     """

@@ -7,7 +7,7 @@ command     effect from the next sample on                     ends with
                                                                position, unless the fault is set
 `hold`      the reference keeps its last valid value           `follow`
 `fault`     the fault is set: the drive is 0                   `reset`
-`reset`     at rest at the measured position, without
+`reset`     at rest at the measured position, without          -
             fault, enabled, following the reference
 ==========  =================================================  =====================================
 

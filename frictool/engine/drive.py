@@ -6,8 +6,8 @@
 
 constant, ramp  offset and slope
 sine            amplitude, frequency, phase
-spring          proportional = stiffness, r = free end of the spring (3.7.2)
-PID             all three gains (3.40)
+spring          proportional = stiffness, r = free end of the spring (thesis 3.7.2)
+PID             all three gains (thesis 3.40)
 
 If the drive has a lag, u has the additional term `decaying` e^(-decay_rate t); only the simulation
 of dynamic friction laws supports this term.
@@ -82,7 +82,7 @@ def ramped(effort: float, rate: float, start: float = 0.0) -> EffortFunction:
 
 
 def spring(stiffness: float, speed: float, position: float = 0.0) -> EffortFunction:
-    """Return the effort of a spring [N/m] whose free end moves at `speed` [m/s] (3.7.2).
+    """Return the effort of a spring [N/m] whose free end moves at `speed` [m/s].
 
     position [m]: position of the free end at t = 0.
     """

@@ -59,7 +59,7 @@ DENSE_TERMS = 5  # terms of the polynomials of an integrated piece
 def slip_friction(
     force: Force, laws: ExtendedLaws, state: Vector, x: float, v: float, w: float
 ) -> float:
-    """Return the friction in slip at position x, velocity v and lagged film velocity w.
+    """Return the friction [N | N m] in slip at position x, velocity v and lagged film velocity w.
 
     w determines the Stribeck effect (lubricant film). `state` contains the direction, the speed
     range, the region and the time at rest.
@@ -81,7 +81,7 @@ def slip_friction(
 def threshold(
     driven: DrivenBody, laws: ExtendedLaws, x: float, direction: float, rested: float, w: float
 ) -> float:
-    """Return the largest effort in `direction` under which the body stays at rest.
+    """Return the largest effort [N | N m] in `direction` under which the body stays at rest.
 
     Without a lubricant film, this effort is the breakaway. A film with the lagged velocity w lowers
     the friction at the start of a slip, and lowers this effort by the same amount.
@@ -115,7 +115,7 @@ def sampled_friction(
     y: tuple[float, float, float],
     u: float,
 ) -> float:
-    """Return the friction `ahead` [s] after the start of an interval of motion.
+    """Return the friction [N | N m], `ahead` [s] after the start of an interval of motion.
 
     At rest the result is the effort u, limited by the breakaway thresholds of both directions. y:
     position, velocity and lagged film velocity at that time.

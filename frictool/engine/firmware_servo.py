@@ -63,8 +63,10 @@ def follow_goal(
         Axis (engine/effort_replay.py `replay_parameters`) and load (plant/position_load.py).
     state
         State (7,) of the axis, changed in place.
-    law, drive
-        Parameters of the firmware; logged gain, logged supply voltage and logged torque switch.
+    law
+        Parameters of the firmware.
+    drive
+        Logged gain, logged supply voltage and logged torque switch.
     goal
         Goal (n,), rad.
     period
@@ -114,7 +116,10 @@ def follow_goal(
 
 
 def _mean_over_step(switch: NDArray[np.bool_], late: Vector, step: float) -> Vector:
-    """Return the mean (m,) of a switch (n,) from each index of `late` (m,) to index + `step`."""
+    """Return the mean (m,) of an on-off signal `switch` (n,) over intervals of its index.
+
+    Interval k begins at the index `late`[k], which may be fractional, and has the length `step`.
+    """
     held = np.concatenate(([0.0], np.cumsum(switch)))
     at = np.arange(held.size)
     before = np.minimum(late, 0.0) * float(switch[0])

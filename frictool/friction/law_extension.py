@@ -1,14 +1,14 @@
 """Extension of a friction law by direction, position, time at rest, speed ranges and a film.
 
-    F_c(x, direction)    = F_c(direction) position factor(x, direction)             (4.41)-(4.44)
-    F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t)   3.4.2.3
+    F_c(x, direction)    = F_c(direction) position factor(x, direction)      thesis (4.41)-(4.44)
+    F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t)
     F                    = F_law(film velocity) + sigma_v (v - film velocity) + knee force(v)
 
-F_c is the Coulomb friction, F_s the breakaway, x the position, t the time at rest, v the velocity,
-and sigma_v the viscous coefficient. The kernels of the law are not changed: before each call, the
-present F_c and F_s are written to the parameter array p. The knee force is an additional viscous
-friction above certain speeds (friction/speed_regimes.py). The film between the surfaces has a
-velocity of its own (friction/lubricant_film.py).
+F_c is the Coulomb friction, F_s the breakaway (section 3.4.2.3 of the thesis), x the position, t
+the time at rest, v the velocity, and sigma_v the viscous coefficient. The kernels of the law are
+not changed: before each call, the present F_c and F_s are written to the parameter array p. The
+knee force is an additional viscous friction above certain speeds (friction/speed_regimes.py). The
+film between the surfaces has a velocity of its own (friction/lubricant_film.py).
 """
 
 from __future__ import annotations

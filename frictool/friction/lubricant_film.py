@@ -1,14 +1,14 @@
 """The lubricant film between the surfaces: frictional memory and lubrication regimes.
 
-The film has a velocity w (3.4.2.3). The dry part of a law depends on w. The viscous part, with the
-coefficient sigma_v, depends on the velocity v of the body:
+The film has a velocity w (section 3.4.2.3 of the thesis). The dry part of a law depends on w. The
+viscous part, with the coefficient sigma_v, depends on the velocity v of the body:
 
     F = F_law(w) + sigma_v (v - w)
 
     frictional memory     w follows v through a lag tau, w' = (v - w)/tau, or through a pure delay
     boundary lubrication  no film forms below the speed v_b: w = sign(v) max(0, |v| - v_b)
 
-The regimes of figure 2.16 are:
+The regimes of figure 2.16 of the thesis are:
 
 ======  ========  =========================  ======================================
 regime  name      velocity                   friction

@@ -1,10 +1,11 @@
-"""Masing's hysteresis with non-local memory (annex A) on the curve of friction/virgin_curve.py.
+"""Masing's hysteresis with non-local memory (annex A of the thesis), from a virgin curve.
 
     rule I    F = f(z)                              no reversal in memory
     rule II   F = F_m + 2 f((z - z_m)/2)            after the reversal (z_m, F_m)
 
-f is the virgin curve, z the position, and F the force. friction/reversal_memory.py defines the
-memory. An inner hysteresis loop closes at its starting point.
+f is the virgin curve (friction/virgin_curve.py), z the position, and F the force.
+friction/reversal_memory.py defines the memory. An inner hysteresis loop closes at its starting
+point.
 """
 
 from __future__ import annotations

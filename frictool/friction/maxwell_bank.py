@@ -3,9 +3,9 @@
     F = sum_i w_i F_s clip(delta_i/(d_i z_max), -1, 1)
 
 F_s is the breakaway and z_max the largest presliding displacement. The deflection delta_i of
-element i follows the body and stops at +-d_i z_max (annex A, [9]). The parameter array p of a law
-ends with [d_1 .. d_N, w_1 .. w_N]: yield displacements d in units of z_max and slip forces w in
-units of F_s. The sum of all w is 1. The bank has the same force as Masing's hysteresis with a
+element i follows the body and stops at +-d_i z_max (annex A of the thesis). The parameter array p
+of a law ends with [d_1 .. d_N, w_1 .. w_N]: yield displacements d in units of z_max and slip forces
+w in units of F_s. The sum of all w is 1. The bank has the same force as Masing's hysteresis with a
 piecewise linear virgin curve.
 """
 

@@ -73,7 +73,7 @@ def _checked(positions: Vector, forces: Vector) -> tuple[Vector, Vector]:
 
 
 def masing_cycles(cells: int = CELLS) -> list[tuple[Vector, Vector]]:
-    """Return cells/2 centred cycles of the Masing hysteresis with z_max = 1 (figure 3.8).
+    """Return cells/2 centred cycles of the Masing hysteresis with z_max = 1 (thesis, figure 3.8).
 
     `cells` must be even.
     """
@@ -91,7 +91,7 @@ def masing_cycles(cells: int = CELLS) -> list[tuple[Vector, Vector]]:
 
 
 def masing_everett() -> Vector:
-    """Return the Everett table of section 3.7.1: n = 20, 10 cycles of the Masing hysteresis."""
+    """Return the Everett table of thesis 3.7.1: n = 20, 10 cycles of the Masing hysteresis."""
     return everett_tail(masing_cycles())
 
 
@@ -107,7 +107,7 @@ def cell_count(size: int) -> int:
 
 
 def cell_weights(table: Vector) -> NDArray[np.float64]:
-    """Return the integral of the density mu over each cell (figure 3.9), shape (n, n).
+    """Return the integral of the density mu over each cell (thesis, figure 3.9), shape (n, n).
 
     Rows are values of alpha, columns values of beta, the switching positions of the relays. The sum
     of all weights is 1; the diagonal includes the elastic part.

@@ -1,4 +1,4 @@
-"""The memory of a hysteresis: the reversals that still affect the force (annex A, figure 1).
+"""The memory of a hysteresis: the reversals that still affect the force.
 
     memory = [z, F, count, forgotten, z_1, F_1, z_2, F_2, ...]
 
@@ -11,8 +11,9 @@ hysteresis with odd symmetry starts at z = 0, F = 0 and follows these rules:
                            older branch continues
     the outer loop closes  when z passes -z_1: the virgin curve continues
 
-The result depends on the sequence of positions only: the operator is rate independent, and larger
-movements wipe out smaller ones. The annex calls the memory a FIFO; it is a stack.
+Source: annex A of the thesis, figure 1. The result depends on the sequence of positions only: the
+operator is rate independent, and larger movements wipe out smaller ones. The annex calls the memory
+a FIFO; in fact the memory is a stack.
 
 A slow ringing may nest more reversals than the memory can store. Then the pair of neighbouring
 reversals whose positions differ least from those of the adjacent reversals is removed. `forgotten`

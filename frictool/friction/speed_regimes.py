@@ -1,4 +1,4 @@
-"""Additional viscous friction above certain speeds (knees), such as 260 rad/s in figure 4.10.
+"""Additional viscous friction above certain speeds (knees), as in figure 4.10 of the thesis.
 
     F = slope (|v| - knee) sign(v)    if |v| > knee, else 0
 
@@ -24,7 +24,7 @@ def knee_force(v: float, regimes: Vector) -> float:
 
 @kernel
 def regime_force(speed: float, regimes: Vector, passed: int) -> float:
-    """Return the additional friction [N | N m] of the lowest `passed` knee speeds at a speed >= 0.
+    """Return the additional friction [N | N m] at a speed >= 0 from the first `passed` knees only.
 
     With a constant `passed`, the force is a smooth function of the speed. An integrator requires
     this between two knee speeds.

@@ -2,9 +2,9 @@
 
     f(z) = F_s (1 - (1 - z/z_max)^2)    for 0 <= z <= z_max,  F_s beyond,  f(-z) = -f(z)
 
-z is the deflection of the contact, z_max its largest value, and F_s the breakaway. Source: annex A,
-rule I; figure 3.8. The curve is concave, and the hysteresis generated from it therefore dissipates
-in every movement (annex A: y'' <= 0).
+z is the deflection of the contact, z_max its largest value, and F_s the breakaway. Source: annex A
+of the thesis, rule I; figure 3.8. The curve is concave, and the hysteresis generated from it
+therefore dissipates in every movement (annex A: y'' <= 0).
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """H-infinity synthesis with parameter-dependent Lyapunov matrices on a refined grid.
 
-The Lyapunov matrices X(r) and Y(r) of (5.62) are constant, affine or quadratic in the scheduled
-parameters r. Each r_j is in [-1, 1] and varies at a bounded rate (lmi/grid_inequalities.py). If the
-rates are unbounded and X and Y constant, this is theorem 5.3.1; if the grid has a single point, the
-problem is LTI.
+The Lyapunov matrices X(r) and Y(r) of thesis (5.62) are constant, affine or quadratic in the
+scheduled parameters r. Each r_j is in [-1, 1] and varies at a bounded rate
+(lmi/grid_inequalities.py). If the rates are unbounded and X and Y constant, this is theorem 5.3.1
+of the thesis; if the grid has a single point, the problem is LTI.
 
 A grid proves nothing between its points. After each solution the inequalities are evaluated on a
 finer grid with an offset, and the points at which the inequalities fail join the grid. This is

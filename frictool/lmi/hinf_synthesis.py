@@ -1,4 +1,4 @@
-"""H-infinity synthesis over a polytope with one Lyapunov matrix (theorem 5.3.1), by elimination.
+"""H-infinity synthesis over a polytope with one Lyapunov matrix (thesis 5.3.1), by elimination.
 
     minimise              computes the smallest gamma that is possible for all plants together, and
                           matrices R and S that all plants share (X and Y in (5.61))
@@ -145,7 +145,7 @@ def _minimise(
 def _by_riccati(
     plant: GeneralisedPlant, t: Matrix, recentring: float, chosen: TransformVariable
 ) -> LyapunovPair | None:
-    """Return R and S of one plant, a function of the variable `chosen`, by Riccati equations.
+    """Return R and S of one plant by Riccati equations; the plant is a function of `chosen`.
 
     The result is None if the equations do not apply, if R and S violate the inequalities, or if
     R and S admit no controller. t: first balancing of the plant's states.

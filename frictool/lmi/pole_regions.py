@@ -62,7 +62,7 @@ class TransformVariable:
     disc: bool
 
     def plant(self, plant: GeneralisedPlant) -> GeneralisedPlant:
-        """Return the plant as a function of p: sampled (period 1) for a disc, else continuous."""
+        """Return the plant as a function of p; it is sampled (period 1) if the region is a disc."""
         root = np.sqrt(self.scale)
         return replace(
             plant,

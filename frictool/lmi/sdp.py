@@ -26,8 +26,7 @@ TOLERANCE = 1e-7  # relative to a constraint's own scale
 class AffineConstraint:
     """Constraint fixed (m, m) + sum x_k F_k >= 0.
 
-    Column k of `columns` (m (m + 1)/2, count) is the upper triangle of F_k, itself column by
-    column.
+    Column k of `columns` (m (m + 1)/2, count) contains the upper triangle of F_k, column by column.
     """
 
     fixed: Matrix

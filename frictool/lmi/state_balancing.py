@@ -14,7 +14,10 @@ SMALLEST = 1e-12  # smallest eigenvalue of R and S that balancing uses, relative
 
 
 def even_out(plants: Sequence[GeneralisedPlant], sweeps: int = 20) -> Matrix:
-    """Return a diagonal t: for states t^-1 x, gains into and out of a state are nearly equal."""
+    """Return a diagonal matrix t that balances the states x, by Osborne's method.
+
+    For the states t^-1 x, the gains into and out of each state are nearly equal.
+    """
     return osborne([_whole(p) for p in plants], len(plants[0].a), sweeps)
 
 

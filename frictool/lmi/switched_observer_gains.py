@@ -313,7 +313,10 @@ def place_among_unknowns(
 def _inequality(
     mode: ObserverMode, decay: float, p_i: Matrix, p_j: Matrix, v: Matrix, level: Matrix
 ) -> Matrix:
-    """Return minus the matrix of (6.6) for P_i, P_j (k, n, n), V_i (k, m, n) and gamma^2 (k,)."""
+    """Return minus the matrix of thesis (6.6).
+
+    The arguments are P_i and P_j (k, n, n), V_i (k, m, n) and gamma^2 (k,).
+    """
     n, w = mode.q.shape
     whole = np.zeros((len(p_i), 2 * n + w, 2 * n + w))
     whole[:, :n, :n] = decay**2 * p_i - mode.weight.T @ mode.weight

@@ -32,7 +32,10 @@ def load_bounds(position: Vector, backlash: float, unsure: float) -> tuple[Vecto
 
 
 def load_static_error(load: tuple[Vector, Vector], target: float) -> tuple[float, float]:
-    """Return (lower, upper) bound of the static error [rad or m]; `load`: from `load_bounds`."""
+    """Return the lower and upper bound of the static error [rad or m].
+
+    `load`: result of `load_bounds`.
+    """
     low, high = map(final_value, load)
     errors = abs(target - low), abs(target - high)
     return 0.0 if low <= target <= high else min(errors), max(errors)

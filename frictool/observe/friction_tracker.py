@@ -178,7 +178,7 @@ def estimate_starts(
     """Return pairs (index of a sample in the block, wear estimate that applies from this sample).
 
     An estimate applies from the sample after the last sample that it uses. If several estimates
-    start at the same sample, only the last one is kept.
+    start at the same sample, only the last of them is kept.
     """
     starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in estimates)]
     pairs = [

@@ -96,9 +96,9 @@ class LogObserver:
         `observer` contains path and document of an additional observer. A tracking observer
         replaces the velocity estimator.
 
-        Raises LogError if the log cannot be observed (`open_stream`), DocumentError if the
-        observer's kind of axis differs from the model's or its sample period from the log's, and
-        FrictoolError if the model has no dry friction.
+        Raises LogError if the log cannot be observed (`open_stream`), DocumentError if the observer
+        and the model have different kinds of axis or the observer and the log different sample
+        periods, and FrictoolError if the model has no dry friction.
         """
         self.name = name or LogName(path.name)
         self.settings = settings

@@ -74,7 +74,7 @@ def observe(
     LogError
         if the log cannot be read, or does not fit the model's bench
     DocumentError
-        if the observer's kind of axis differs from the model's, or its sample period from the log's
+        if observer and model have different kinds of axis, or observer and log different periods
     FrictoolError
         if the model has no dry friction
     """

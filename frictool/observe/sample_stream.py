@@ -62,7 +62,8 @@ class SampleStream:
     - truth: True if the velocity in the log comes from a simulation
     - gaps, longest_gap: number of gaps, and length [s] of the longest gap
     - first, last: times of the first and the last sample [s]
-    - coldest, hottest: range of the temperature [degC]; coldest > hottest if the log contains none
+    - coldest, hottest: range of the temperature [degC]; coldest > hottest if the log contains no
+      temperature
     """
 
     made: LogAssembly

@@ -55,9 +55,9 @@ class DecimatedTrace:
 
 
 def zigzag(time: Vector, low: Vector, high: Vector) -> tuple[Vector, Vector]:
-    """Return x and y (2 c,) of a line through the minimum and maximum of each of c columns.
+    """Return x and y, each (2 c,), of a line through the minimum and maximum of each of c columns.
 
-    If all minima equal their maxima, the line has one point per column (c,).
+    If all minima equal their maxima, the line has one point per column; x and y are then (c,).
     """
     if np.array_equal(low, high):
         return time, low

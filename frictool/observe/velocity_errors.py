@@ -113,7 +113,10 @@ class VelocityErrors:
         )
 
     def _compare(self, last: bool) -> None:
-        """Add the errors of samples with enough later samples; if `last`, of all pending ones."""
+        """Add the errors of pending samples that have enough later samples.
+
+        If `last` is True, the errors of all pending samples are added.
+        """
         pending = self.pending
         if not pending.position:
             return

@@ -9,9 +9,10 @@
     end stops  the motor stays in [low, high]; it rebounds at `restitution` times its speed
 
 F_c is the Coulomb friction, F_s the breakaway, v the speed, e the effort, and t the time at rest.
-v_s, delta, fresh and tau are parameters. Friction is continuous at a knee speed (figure 4.10).
-While the backlash is open, only the end stops act, and none of the friction above. F_s of the
-Stribeck curve is the breakaway at the end of the last rest.
+v_s, delta, fresh and tau are parameters. Friction is continuous at a knee speed (thesis, figure
+4.10). The numbers in brackets are equations of the thesis. While the backlash is open, only the end
+stops act, and none of the friction above. F_s of the Stribeck curve is the breakaway at the end of
+the last rest.
 """
 
 from __future__ import annotations

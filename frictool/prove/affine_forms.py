@@ -7,9 +7,9 @@ A form is the set of all
 The e_j are common to all forms, so that forms keep their linear dependence on parameters, initial
 position and past encoder errors (Stolfi and de Figueiredo 1997). A generator is the coefficient
 gen[j]; e belongs to one form only. A form may have additional bounds `low` and `high`. Each
-operation adds ROUND times the sum of the magnitudes of its terms to the error. This is more than
-the rounding errors of the operation in double arithmetic, of which each is at most 2^-53 times the
-magnitude of a term.
+operation adds ROUND times the sum of the magnitudes of its terms to the error. This exceeds the
+rounding errors of the operation in double arithmetic: each rounding error is at most 2^-53 times
+the magnitude of a term.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ GROWTH = 1.0 + 1e-12  # factor on a radius: more than the rounding errors of a s
 class Forms(NamedTuple):
     """Table of affine forms (module docstring), one per row.
 
-    center (n,), gen (n, generators), error (n,). extent (n,): number of columns of `gen` that
-    belong to a row; the others count as 0. spread (n,): sum of the magnitudes of the generators and
-    the error of a row; each operation updates it. low, high (n,): additional bounds of the values.
-    size (1,): number of generators in use.
+    center (n,), gen (n, generators), error (n,): as in the module docstring. extent (n,): number of
+    columns of `gen` that belong to a row; the others count as 0. spread (n,): sum of the magnitudes
+    of the generators and the error of a row; each operation updates it. low, high (n,): additional
+    bounds of the values. size (1,): number of generators in use.
     """
 
     center: Vector
@@ -62,7 +62,8 @@ def empty_forms(rows: int, generators: int) -> Forms:
 def copy_forms(f: Forms, whole: bool = False) -> Forms:
     """Return a copy of a table of affine forms.
 
-    Only the generators in use are copied; if `whole` is True, also those beyond `f.size`.
+    The first `f.size` generators, which are in use, are copied. If `whole` is True, the unused
+    generators are copied, too.
     """
     used = f.gen.shape[1] if whole else f.size[0]
     gen = np.empty_like(f.gen)
@@ -80,7 +81,10 @@ def copy_forms(f: Forms, whole: bool = False) -> Forms:
 
 
 def measure(f: Forms, rows: IntVector) -> None:
-    """Set the spreads of `rows` after a change of generators or errors outside of a kernel."""
+    """Compute the spreads of `rows` again, after a change of their generators or errors.
+
+    Kernels update the spreads; other code must call this function.
+    """
     used = np.arange(f.size[0]) < f.extent[rows, None]
     f.spread[rows] = np.abs(np.where(used, f.gen[rows, : f.size[0]], 0.0)).sum(axis=1)
     f.spread[rows] += f.error[rows]

@@ -225,8 +225,9 @@ def _coefficient(f: Forms, d: int, a: int, value: float, slope: float, second: f
 def advance(f: Forms, o: int, c: AxisCell, m: Vector) -> None:
     """Advance the axis by one sample with the command in the row ACTING.
 
-    o: row of the first quantity of the axis. c: constants of the cell. m: state of the motion that
-    is not a form, such as the contact with the load (AT_REST ... COUNT_HIGH), updated in place.
+    o: row of the first quantity of the axis. c: constants of the cell. m: numbers that describe the
+    motion besides the forms, such as the contact with the load, at the indices AT_REST to
+    COUNT_HIGH; updated in place.
     """
     t = c.period
     decay = math.exp(-t / c.lag)

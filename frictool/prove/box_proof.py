@@ -1,11 +1,12 @@
 """Proof of a step test for cells of the parameter box, and the share of the box that is proved.
 
 The axis depends on inertia J, viscous friction sigma, Coulomb friction F and drive constant K
-through the ratios K/J, F/J and sigma/J (axis_forms.py); the load divided by the inertia is in one
-interval for all plants. A cell is a box of these three ratios. The search halves the cells that are
-not proved. A cell is written as its path from the box of all ratios: one letter for each halving, c
-(constant), f (Coulomb friction) or v (viscous friction) for the lower half, C, F or V for the upper
-one. K/J and F/J are halved at their geometric mean, sigma/J at its arithmetic mean.
+through the ratios K/J, F/J and sigma/J (axis_forms.py); a fourth ratio, the load divided by the
+inertia, has the same interval in all cells. A cell is a box of the first three ratios. The search
+halves the cells that are not proved. A cell is written as its path from the box of all ratios: one
+letter for each halving, c (constant), f (Coulomb friction) or v (viscous friction) for the lower
+half, C, F or V for the upper one. K/J and F/J are halved at their geometric mean, sigma/J at its
+arithmetic mean.
 
 A hold is an interval of time with a constant reference. A cell is proved if every hold of the
 scenario is proved from every position at which the previous hold may end. In a proved hold, the
@@ -372,7 +373,7 @@ def is_proved(test: BoxTest, path: str) -> bool:
 
 
 def is_partition(test: BoxTest, cells: Sequence[str]) -> bool:
-    """Return True if all paths are paths of the search, and no cell contains another cell."""
+    """Return True if the search can create a cell at each path, and no cell contains another."""
     for path in cells:
         for k in range(len(path)):
             if path[: k + 1] not in halves(test, path[:k]):
@@ -433,7 +434,11 @@ def _largest_gains(test: BoxTest, waiting: dict[str, Vector], proved: list[str])
 
 
 def _position_and_size(test: BoxTest, path: str) -> Vector:
-    """Return (5,): middle and size of a cell, in units of FIRST_SIZE, and the cell's share."""
+    """Return an array (5,) that describes the cell at `path`.
+
+    The array contains the middle of the cell (three numbers) and the largest side of the cell, both
+    in units of FIRST_SIZE, and the cell's share of the box.
+    """
     ratio, friction, viscous = intervals_of(test, path)
     middle = (0.5 * math.log(ratio[0] * ratio[1]), 0.5 * math.log(friction[0] * friction[1]))
     place = np.array([*middle, 0.5 * (viscous[0] + viscous[1])]) / FIRST_SIZE

@@ -6,9 +6,9 @@ at each sample. Before the first motion, the reading is known. If it is uncertai
 is inside the rest band of the controller, the tube branches: in one branch the axis is inside the
 band, in the other outside.
 
-When the prefilter overshoots, the prefilter is settled for some samples; the controller then rests,
-and its states are numbers. At such a sample the generators of position, speed and drive are joined
-(`_join`).
+At the peak of its overshoot, the prefilter counts as settled for some samples. If the controller is
+then in its rest band, its states are numbers. At such a sample the generators of position, speed
+and drive are joined (`_join`).
 
 After the prefilter has settled for the rest of the hold, the drive is 0, and friction stops the
 axis. The final position follows from a polygon around the pairs of position and speed: with the
@@ -160,9 +160,10 @@ def _magnitude(a: float, x: Vector, b: float, y: Vector) -> float:
 def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vector) -> None:
     """Bound the final position after the drive is 0, and its distance from earlier positions.
 
-    stop: additional speed by the decaying drive, and least deceleration forwards and backwards.
-    past: forms of the position at `count` earlier samples. bounds: array for the results, LOW and
-    HIGH of the final position and the largest distance ERROR [rad | m].
+    stop (3,): additional speed by the decaying drive [rad/s | m/s], and least deceleration in
+    forward and in backward motion [rad/s^2 | m/s^2]. past: forms of the position at `count` earlier
+    samples. bounds: array for the results [rad | m], the final position's bounds at the indices LOW
+    and HIGH, and the largest distance at the index ERROR.
     """
     bounds[LOW] = np.inf
     bounds[HIGH] = -np.inf
@@ -325,7 +326,7 @@ class StepStart:
 
     - position: interval of the axis position [rad | m]
     - values: values of the controller program's nodes
-    - contact: contact with the load (ANY ... BEHIND of axis_forms.py)
+    - contact: contact with the load, one of the constants ANY to BEHIND of axis_forms.py
     - reach: least and largest distance to the contact in the direction of motion [rad | m]; in
       both directions if the contact is GAP
     - far: interval of the position of the contact [rad | m], if `contact` is IN_FRONT or BEHIND
@@ -582,9 +583,10 @@ def _pushed(ratios: CellRatios, axis: AxisFixed, m: Vector, end: float, sign: in
 def _join(loop: TubeLoop, f: Forms) -> None:
     """Join generators of similar direction in the plane of position and speed.
 
-    This is done only if the states of the controller are numbers. The generators of a sector of
-    directions are replaced by their sum d, with the sign that points into the upper half plane.
-    Each generator is share * d plus a remainder; the remainders become errors.
+    This is done only if the states of the controller are numbers. Each generator first gets the
+    sign with which it points into the upper half plane. The generators of a sector of directions
+    are then replaced by their sum d: each of them is share * d plus a remainder, and the remainders
+    become errors.
     """
     if any(f.extent[row] or f.error[row] for row in loop.states):
         return

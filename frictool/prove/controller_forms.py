@@ -3,11 +3,12 @@
 Each operation has an enclosure. Linear operations and products are functions of affine_forms.py;
 |x|, square root, minimum and maximum are lines with an error; a comparison is 0, 1 or undecided. If
 the condition of a selection is undecided, the result is the mean of both values plus an error of
-half their largest difference, with two exceptions:
+half their largest difference. There are two exceptions:
 
-- eta, which keeps its value while the last command was limited and the change of eta has the sign
-  of that command
-- the condition of the controller's rest band, at which the tube branches (box_tube.py)
+- eta keeps its value while the last command was limited and the change of eta has the sign of that
+  command. The result is eta plus its change, with an error that bounds the change that does not
+  take place (`_largest_held`).
+- At the condition of the controller's rest band, the tube branches (box_tube.py).
 """
 
 from __future__ import annotations

@@ -445,7 +445,10 @@ def _peak(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vect
 
 
 def _rest(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector) -> float | str:
-    """Return the largest |command| at rest, or infinity if the axis moves."""
+    """Return the largest |command| [A | V] at rest, or infinity if the axis moves.
+
+    If the reference is never constant for long enough, the result is a text with this reason.
+    """
     after = float(test.spec.rest.after_s)
     worst = -math.inf
     times = _times(loop)

@@ -1,7 +1,7 @@
 """Test commands of the simulation check, which compares the mechanism before and after a reduction.
 
 A run starts at rest at one of five positions of the travel. Its first move goes forward or
-backward. The command of a run is:
+backward. The command of a run consists of:
 
 - a step beyond the breakaway that moves the axis by an eighth of the travel, and a rest,
 - a ramp until the axis breaks away and slips, and a rest,

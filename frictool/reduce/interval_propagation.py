@@ -1,9 +1,9 @@
 """Propagation of the intervals of a mechanism's quantities to the numbers of the reduced model.
 
-Each quantity in turn is set to the ends of its interval, and the mechanism is reduced again. The
-resulting changes of a number of the model are added. This sum is exact for sums of quantities, and
-neglects the joint effect of several changes in products. With at most MOST_CORNERS quantities, the
-mechanism is therefore also reduced for every combination of interval ends. Coulomb friction and
+One quantity after another is set to the ends of its interval, and the mechanism is reduced again.
+The resulting changes of a number of the model are added. This sum is exact for sums of quantities,
+and neglects the joint effect of several changes in products. With at most MOST_CORNERS quantities,
+the mechanism is therefore also reduced for every combination of interval ends. Coulomb friction and
 breakaway of one element are changed together, because the Coulomb friction must not exceed the
 breakaway.
 """
@@ -84,9 +84,10 @@ def _at_corners(
 
 
 def consistent(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with each breakaway raised to the element's Coulomb friction if smaller.
+    """Return the mechanism with no breakaway below the Coulomb friction of its element.
 
-    At an end of its interval, a breakaway may be smaller than the Coulomb friction.
+    At an end of its interval, a breakaway may be smaller than the Coulomb friction. Such a
+    breakaway is set to the Coulomb friction.
     """
     links = dict(mechanism.links)
     for name, link in links.items():

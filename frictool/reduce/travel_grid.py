@@ -24,7 +24,7 @@ def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     - the range between the end stops
     - the range of the curves
     - the range in which the source's largest effort strains the springs
-    - one unit to each side of the start
+    - 1 rad | 1 m to each side of the start
 
     Raises NoSolutionError if there are springs and the source's effort has no limit.
     """

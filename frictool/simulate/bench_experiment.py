@@ -2,7 +2,7 @@
 
 A test is either a reference for the bench's position loop (engine/bench_position_loop.py), or a
 sequence of drive ramps. A ramp test contains rules for the end of a ramp and for the reversal of
-the direction (figure 4.6). The log has the channels of a bench. The logged position is the
+the direction (thesis, figure 4.6). The log has the channels of a bench. The logged position is the
 encoder's reading; the drive is measured with noise. The encoder's zero has a random offset of less
 than one count. This offset and the noise are drawn from PCG64 seeded with `seed`.
 """

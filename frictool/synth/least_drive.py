@@ -85,9 +85,9 @@ def least_drive(
 ) -> LeastDrive:
     """Return the largest of the two bounds over all plants; parameters as in `check_least_drive`.
 
-    There is no bound if the friction may be less than the Coulomb friction: if it depends on the
-    position, or with presliding or a backlash. There is none either if the scenario contains
-    disturbances, drifts, a temperature, sensor faults or commands.
+    There is no bound (drive 0) if the friction may be less than the Coulomb friction: if the
+    friction depends on the position, or if the model has presliding or a backlash. There is also no
+    bound if the scenario contains disturbances, drifts, a temperature, sensor faults or commands.
     """
     targets = _targets(spec, scenario)
     share = _load_share(model, spec, targets)

@@ -1,9 +1,9 @@
 """Method `lft`: H-infinity synthesis for the centre plant with a real uncertainty channel.
 
-The uncertain parameters form a block Delta with |Delta| < 1 around the plant, annex (20)-(23),
-figure 5. If gamma is at most 1 for the plant with this channel, the small-gain condition holds for
-all uncertain parameters together (plant/uncertainty_channel.py). The controller is verified at
-every corner of the parameter box.
+The uncertain parameters form a block Delta with |Delta| < 1 around the plant (annex C of the
+thesis, (20)-(23), figure 5). If gamma is at most 1 for the plant with this channel, the small-gain
+condition holds for all uncertain parameters together (plant/uncertainty_channel.py). The controller
+is verified at every corner of the parameter box.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Method `lpv`: common Lyapunov matrices over the polytope's vertices (theorem 5.3.1).
+"""Method `lpv`: common Lyapunov matrices over the polytope's vertices (thesis 5.3.1).
 
 The inequalities give a controller for each plant of the polytope. The target runs only one of these
 controllers: the controller of the plant `frozen_at` in the design (thesis 5.64-5.65). For other

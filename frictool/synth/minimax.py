@@ -1,8 +1,8 @@
 """Method `minimax`: the constant controller of fixed order with the smallest worst norm.
 
-The inequalities of theorem 5.3.1 bound the norm with a scheduled controller, but not with a
-constant controller (thesis 5.3.4). This method varies the parameters of one constant controller
-(structured_controller.py), and minimises the largest norm of all vertices directly.
+The inequalities of theorem 5.3.1 of the thesis bound the norm with a scheduled controller, but not
+with a constant controller (thesis 5.3.4). This method varies the parameters of one constant
+controller (structured_controller.py), and minimises the largest norm of all vertices directly.
 
 The problem is not convex. The search draws random controllers of the least order that can stabilise
 all vertices, and improves these controllers. The search then adds a pole and an equal zero to the

@@ -1,8 +1,9 @@
 """Weights of a design, and rules for missing weights; each derived value names its source.
 
 A is the amplitude of the reference for which the drive is sized: the travel for a position loop,
-the top speed for a speed loop. The friction w in [-1, 1] and a reference of 1 rad | rad/s are
-inputs of equal size. Quantities for a reference of amplitude A are therefore divided by A:
+the top speed for a speed loop. The friction w in [-1, 1] and a reference of 1 rad (speed loop:
+1 rad/s) are inputs of equal size. Quantities for a reference of amplitude A are therefore divided
+by A:
 
     W2     bandwidth z2 = 3/(M_mod t_95), twice that for the speed loop under a position law;
            M_mod, t_95: specified modulus margin and response time; e_stat: specified
@@ -284,7 +285,7 @@ class _WeightRules:
 
 
 def decade(level: float, frequency_hz: float) -> FirstOrderWeight:
-    """Return the filter level (s/(20 pi f) + 1)/(s/(2 pi f) + 1) of annex C, (25), (26).
+    """Return the filter level (s/(20 pi f) + 1)/(s/(2 pi f) + 1) of thesis annex C (25), (26).
 
     The gain falls from `level` to a tenth of `level`. f is `frequency_hz` [Hz].
     """

@@ -41,8 +41,8 @@ def _speed_feedback(controller: Controller) -> SpeedFeedback | None:
 def prove_document(controller: Controller, certificate: Certificate) -> tuple[ProvedBound, ...]:
     """Prove every bound of the certificate for the stored coefficients of the controller.
 
-    Raises NoSolutionError if a bound is not proved, or if the certificate contains neither a bound
-    of the norm or the sensitivity nor the reason why that bound is missing.
+    Raises NoSolutionError if a bound is not proved, or if the certificate lacks the bound of the
+    norm or of the sensitivity without a reason.
     """
     quantities = ("sensitivity",) if controller.judged_by is None else ("norm", "sensitivity")
     for quantity in quantities:

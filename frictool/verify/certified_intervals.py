@@ -30,9 +30,9 @@ def differences(
     """Return a phrase for each fact and each parameter that contradicts the verification.
 
     A fact (verify/rig_facts.py) contradicts the verification if it differs from the same fact of
-    the controller's bench, and the stiffness of a spring if the loops were not verified with it. A
-    parameter contradicts the verification if its interval in `ranges` [SI] is not inside the
-    verified interval.
+    the controller's bench. The stiffness of a spring contradicts the verification if the loops were
+    not verified with this stiffness. A parameter contradicts the verification if its interval in
+    `ranges` [SI] is not inside the verified interval.
     """
     bench, stiffness = controller.bench, facts.get("stiffness", 0.0)
     return (

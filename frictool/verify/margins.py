@@ -11,7 +11,7 @@ and S = 1/(1 + L). The margins are the smallest changes for which L passes throu
     modulus   min |1 + L| = 1/max |S| (thesis 5.57), any combination of gain and phase
 
 The frequencies are zeros of L(z) - L(1/z) and L(z) L(1/z) - 1 on the unit circle: generalised
-eigenvalues, and sign changes on a grid. Each one is then refined on L.
+eigenvalues, and sign changes on a grid. Each frequency is then refined by evaluating L.
 """
 
 from __future__ import annotations
@@ -110,12 +110,12 @@ def loop_margins(loop: Lti) -> LoopMargins:
 
 
 def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> float:
-    """Return N = ||H_v/w|| of annex (27), the peak gain from friction w in [-1, 1] to the speed.
+    """Return N = ||H_v/w||, the peak gain from the friction w in [-1, 1] to the speed.
 
-    The unit of N is rad/s | m/s; N is inf for an unstable loop. The annex concludes stability from
-    N <= 1, because |sign(v)| <= 1. But |sign(v)| <= |v|/N is true only for speeds above N. N
-    therefore shows only that friction cannot sustain an oscillation whose speed is always above N.
-    Near v = 0, only a simulation can decide.
+    The unit of N is rad/s | m/s; N is inf for an unstable loop. Annex C (27) of the thesis
+    concludes stability from N <= 1, because |sign(v)| <= 1. But |sign(v)| <= |v|/N is true only for
+    speeds above N. N therefore shows only that friction cannot sustain an oscillation whose speed
+    is always above N. Near v = 0, only a simulation can decide.
     """
     period = controller.period
     blocks = {

@@ -122,7 +122,7 @@ def _law_checks(
 
 
 def _limiter_checks(controller: Controller, box: Box, limiter: Limiter) -> tuple[RestCheck, ...]:
-    """Return the checks of the hypotheses of proposition 5.2.1 on the released drive.
+    """Return the checks of the hypotheses on the released drive (thesis, proposition 5.2.1).
 
     A limiter with virtual friction still brakes against the measured speed while it releases the
     drive. A brake with less effort than the friction cannot move the axis. The effort of a stronger

@@ -2,11 +2,12 @@
 
 The axis starts at 8 % of the travel and steps to 88, 8, 56 and 24 %, as in thesis 5.4.1 (5, 55, 5,
 35 and 15 rad of 63 rad). A loop with dry friction and a limited drive is nonlinear: some loops
-overshoot in short steps only. A short step back therefore follows the first step. It is a tenth as
-long, but at least so long that the allowed static error and an encoder count are at most 5 % of it
-and at most the allowed overshoot. It is left out unless it is over 1.2 times shorter than the other
-steps. Each step lasts 5 response times. The last step is longer if `rest` or `limit_cycle` is
-specified: by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, and by the longer time for both.
+overshoot in short steps only. A short step back therefore follows the first step. Its length is a
+tenth of the first step's length. It is longer if otherwise the allowed static error or an encoder
+count would exceed 5 % of its length, or the allowed overshoot. The short step is left out unless
+all other steps are more than 1.2 times as long as the short step. Each step lasts 5 response times.
+The last step is longer if `rest` or `limit_cycle` is specified: by `rest.after_s` for `rest`, by 30
+s for `limit_cycle`, and by the longer time for both.
 """
 
 from __future__ import annotations

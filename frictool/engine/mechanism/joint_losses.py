@@ -6,8 +6,8 @@ The module also contains the inverse of g, and the ranges of both forces at rest
 parameters ratio, drive_loss, back_loss, thread and thesis_screw. s is the direction of motion of
 end a. The kink is the force lambda at which the slope of g changes.
 
-- Link with an efficiency (2.3), (2.20): the kink is 0. abs(c) is drive_loss if end a drives, and
-  back_loss if end b drives.
+- Link with an efficiency (thesis 2.3, 2.20): the kink is 0. abs(c) is drive_loss if end a drives,
+  and back_loss if end b drives.
 - Screw of the thesis (2.12)-(2.13), (2.15): the kink is thesis_screw u_a/thread, where u_a is the
   effort of the sources on block a. abs(c) is thread.
 

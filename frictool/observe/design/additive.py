@@ -3,10 +3,10 @@
     X^+     = A_i X^ + B_i (u - s (f^(y) + alpha)) + L_X (y - C X^)
     alpha^+ = alpha + L_alpha (y - C X^)            s: direction of motion
 
-X is position and speed, y the measured position, u the effort, and f^ the friction map. ^ marks an
-estimate, + the value at the next sample; L_X and L_alpha are the gains. mode_matrices.py defines
-A_i, B_i and C. A positive alpha increases friction in both directions, as in thesis (6.25); in
-thesis (6.22), alpha has the opposite sign.
+X is the vector of position and speed, y the measured position, u the effort, and f^ the friction
+map. ^ marks an estimate, + the value at the next sample; L_X and L_alpha are the gains.
+mode_matrices.py defines A_i, B_i and C. A positive alpha increases friction in both directions, as
+in thesis (6.25); in thesis (6.22), alpha has the opposite sign.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ class ModeConstants:
 
     - wear: kind of wear that the observer estimates
     - viscous: coefficient of the viscous friction
-    - stuck_speed: factor h of the estimated speed in each sample of mode 0
+    - stuck_speed: factor h by which each sample of mode 0 (stuck) multiplies the estimated speed
     - weights: weights of the errors of position, speed and wear, the diagonal of C-bar
     """
 

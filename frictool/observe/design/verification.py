@@ -204,7 +204,7 @@ def _forward(
 
 
 def _adjoint(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], z: Matrix) -> Matrix:
-    """Apply the adjoint of `_forward` to `z` (samples, k, p); return (samples, k, w)."""
+    """Apply the adjoint of `_forward` to `z` (samples, k, p); return an array (samples, k, w)."""
     s = np.zeros((index.shape[1], a.shape[1]))
     out = []
     for now, seen in zip(index[-2::-1], z[::-1], strict=True):

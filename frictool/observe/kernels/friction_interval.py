@@ -8,9 +8,10 @@ v is the velocity, x the position, g and q the factors of viscous and dry fricti
 temperature of the sample, `added` additive wear, and F_gap the friction inside the gap (backlash);
 the numbers are equations of the thesis. In slip, the friction is the model's law times the wear. At
 rest, friction balances the effort. The axis is treated as at rest if the interval of its velocity
-contains 0. Because the axis may still move then, the interval of the friction includes the effort
-that stops a motion within one count. A play operator computes the position inside the backlash from
-the measured position, for three widths of the backlash: nominal, least and largest.
+contains 0. An axis with such an interval may nevertheless move. The interval of the friction
+therefore includes the effort that stops a motion within one count. A play operator computes the
+position inside the backlash from the measured position, for three widths of the backlash: nominal,
+least and largest.
 """
 
 from __future__ import annotations

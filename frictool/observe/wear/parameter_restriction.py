@@ -141,11 +141,12 @@ def level_columns(layout: WeakFormLayout, backward: float, forward: float) -> Ve
 def offset_of(
     model: Model, layout: WeakFormLayout, share: float = OFFSET_SPREAD
 ) -> tuple[Vector, float, float]:
-    """Return coefficients (p,) per unit, prior mean and deviation [N m | N] of the drive's offset.
+    """Return the regressor of the drive's offset, its prior mean and deviation [N m | N].
 
-    The offset is relative to the model's offset; a positive offset opposes a positive effort. The
-    prior deviation is sqrt(a^2 + b^2): a is `share` times the dry friction, and b follows from the
-    wider of the offset's ranges in the model and in bench.yaml.
+    The regressor (p,) contains the coefficients of a row for an offset of 1 N m | N. The offset is
+    relative to the model's offset; a positive offset opposes a positive effort. The prior deviation
+    is sqrt(a^2 + b^2): a is `share` times the dry friction, and b follows from the wider of the
+    offset's ranges in the model and in bench.yaml.
     """
     known = max(
         _half(quantity)

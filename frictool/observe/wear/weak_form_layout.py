@@ -68,7 +68,8 @@ class WeakFormLayout:
     - period: sample period [s]
     - window: number of samples in a window
     - every: number of samples between two rows
-    - reach: number of samples on each side of a sample from which its speed is computed
+    - reach: number of samples on each side of a sample; their positions determine the speed at the
+      sample
     - phi: (window,), weight function, 0 at both ends
     - second: (window,), second difference of phi [1/s^2]
     - effort: (3,), weights of the effort at the sample before, at the sample and at the next sample

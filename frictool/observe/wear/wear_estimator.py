@@ -126,9 +126,9 @@ class WearEstimator:
     def _going(self) -> float:
         """Return the lag of the estimate behind a wear that keeps growing.
 
-        Each test in GOING_ON uses the last changes of the estimate. If all of them have the same
-        sign, the lag is the smallest change per move times the lag of the filters in moves. The
-        largest lag of all tests is returned.
+        Each test in GOING_ON uses the last changes of the estimate. If all these changes have the
+        same sign, the test gives a lag: the smallest change per move times the number of moves by
+        which the filters lag. The largest lag of all tests is returned.
         """
         changes = [0.0]
         lately = list(self._lately)

@@ -6,7 +6,7 @@ braking       (K limit + F)/J         deceleration of the slowest plant
 time          response_time_95_s
 length        longest step of the test
 band          largest error at rest: static_error, but at least one encoder step
-release       whether the drive may be switched off at rest
+release       True if the drive may be switched off at rest
 
 T is the sample period, `delay` the delay in samples, `lag` the time constant of the drive, K the
 effort per unit of the drive, J the inertia, F the Coulomb friction.

@@ -1,8 +1,8 @@
 """Cascade of a position law and a speed controller by matrix inequalities (`lft_lpv`).
 
-The weights come from `configs/clutch/designs/fast.yaml`, a design for the clutch of annex C. They
-are scaled by time, speed and encoder count. The search varies the factors `bandwidth` and
-`softness`:
+The weights come from `configs/clutch/designs/fast.yaml`, a design for the clutch of annex C of the
+thesis. They are scaled by time, speed and encoder count. The search varies the factors `bandwidth`
+and `softness`:
 
     t_s   response/0.22 s                v_s   (step/response)/227, in rad/s or m/s
     W2 bandwidth   40 bandwidth/t_s      drive, command    25 softness v_s/limit

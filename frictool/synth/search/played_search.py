@@ -2,15 +2,16 @@
 
 To play a candidate means to simulate its controller. First, the starting points of the family are
 played. Then differential evolution (candidate_evolution.py) varies the parameters around the best
-starting point. Each requirement must be met with a reserve, a distance to the limit; the shortfall
-is the missing part of this distance. The objective is the largest shortfall of all requirements. A
-candidate is played on few plants first, and on all plants if it is promising; the plant with the
-worst result is then added to the few plants. A test is stopped at the plant with which the
-candidate becomes worse than the candidate that it would replace; the plants that failed last are
-played first. The search ends with the first candidate that passes the whole test with the reserve,
-passes the tests with other plants without the reserve, and is verified. If there is no such
-candidate, the search continues without the reserve from the best candidates. The values of a
-candidate are the worst values of all tests in which the candidate was played.
+starting point. Each requirement must be met with a reserve, a distance to the limit. The shortfall
+of a requirement is the missing part of its reserve. The objective is the largest shortfall plus a
+fraction of the sum of all shortfalls. A candidate is played on few plants first, and on all plants
+if it is promising; the plant with the worst result is then added to the few plants. A test ends
+early if the plants up to then already make the candidate worse than the candidate that it would
+replace. The plants that failed last are played first. The search ends with the first candidate that
+passes the whole test with the reserve, passes the tests with other plants without the reserve, and
+is verified. If there is no such candidate, the search continues without the reserve from the best
+candidates. The values of a candidate are the worst values of all tests in which the candidate was
+played.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
 
 class PlayedExtent(IntEnum):
-    """Largest test of a candidate that was not stopped: none, with few plants, with all plants."""
+    """Largest test that a candidate completed: no test, a test with few plants, or with all."""
 
     NONE = 0
     FEW = 1
