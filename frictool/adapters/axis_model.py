@@ -27,8 +27,9 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     """Return the model's axis in SI, with end stops at the travel in bench.yaml.
 
     `overrides`: values of fields of AxisParameters. An overridden Coulomb or viscous friction
-        scales the model's friction (adapters/friction_levels.py). An overridden breakaway is that
-        of the positive direction; that of the negative direction is multiplied by the same factor.
+        scales the model's friction (adapters/friction_levels.py). An overridden breakaway applies
+        to the positive direction; the breakaway of the negative direction is multiplied by the same
+        factor.
 
     If the bench does not state the friction inside the backlash (motor and brushes, thesis 4.4.4),
     this friction is the smaller Coulomb friction of the two directions. Raises ValueError with the

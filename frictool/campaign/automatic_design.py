@@ -5,8 +5,8 @@
 A family is a set of candidate controllers with the same structure. The simplest family is searched
 first; the search ends when a candidate meets the specification. If no candidate meets the
 specification, but the best candidate violates it only slightly, the family of the best candidate is
-searched again for a longer response time. Further searches shorten the response time to the
-specified one. Each of them starts from the design of the previous search.
+searched again for a longer response time. Further searches shorten this time to the specified
+response time. Each of them starts from the design of the previous search.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ class DesignTest:
     `vertices`: number of vertices; `plants` begins with the nominal plant and the vertices. If the
     breakaway has a range, these vertices have its upper end, and the vertices whose start is moved
     by half an encoder count have its lower end.
-    `by_default`: True if the scenario is that of `default_scenario`.
+    `by_default`: True if `default_scenario` created the scenario.
     """
 
     model: Model

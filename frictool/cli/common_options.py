@@ -68,7 +68,7 @@ json_option = click.option(
 class FiniteRange(click.FloatRange):
     """Type of a number option that rejects NaN and implausible magnitudes.
 
-    click's own range accepts NaN, because every comparison with it is false. A nonzero magnitude
+    click's own range accepts NaN, because every comparison with NaN is false. A nonzero magnitude
     below LEAST or above LARGEST is probably a typing error.
     """
 

@@ -215,7 +215,7 @@ class FeedforwardDesign(
 ):
     """Effort that the modelled axis needs to follow its reference; it is added to the drive.
 
-    With `{}`, all values are those of the model. Speed and acceleration of the reference come from
+    With `{}`, all values follow from the model. Speed and acceleration of the reference come from
     `profile` or `prefilter`. If the design has neither of them, a filter differentiates the
     reference.
 

@@ -128,8 +128,8 @@ class Scenario(
       plant, which has the parameters under `given`.
     - `given`: Parameters of the plant of `variants: given`, by name. Parameters that are not listed
       have the model's values, but a breakaway that is not listed changes in proportion to
-      `coulomb`. A listed `breakaway` is that of the positive direction; that of the negative
-      direction is multiplied by the same factor.
+      `coulomb`. A listed `breakaway` applies to the positive direction; the breakaway of the
+      negative direction is multiplied by the same factor.
     - `plants`: Number of random plants of `variants: random`.
     - `drive`: Kind of drive; it decides the units of quantities in the scenario.
     - `drive_noise`: Standard deviation of the noise of the measured drive [A | V].

@@ -180,8 +180,8 @@ class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     Every value is drawn uniformly and independently. A range with equal ends is a fixed value. A
     range with values that no plant can have is an error.
 
-    - `parameters`: Ranges of plant parameters by name, which replace those of the bench, model or
-      mechanism.
+    - `parameters`: Ranges of plant parameters by name, which replace the ranges in the bench, model
+      or mechanism.
     - `start`: Range of the initial position.
     - `within_count`: True to draw the initial position within one encoder count, because the
       encoder cannot resolve it.

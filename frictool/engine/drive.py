@@ -77,22 +77,27 @@ def held(effort: float) -> EffortFunction:
 
 
 def ramped(effort: float, rate: float, start: float = 0.0) -> EffortFunction:
-    """Return the coefficients of a ramp: `effort` [N] at `start` [s], slope `rate` [N/s]."""
+    """Return the coefficients of a ramp with the slope `rate` [N/s | N m/s].
+
+    effort [N | N m]: value at the time `start` [s].
+    """
     return EffortFunction(offset=effort - rate * start, slope=rate)
 
 
 def spring(stiffness: float, speed: float, position: float = 0.0) -> EffortFunction:
-    """Return the effort of a spring [N/m] whose free end moves at `speed` [m/s].
+    """Return the effort of a spring whose free end moves at `speed` [m/s | rad/s].
 
-    position [m]: position of the free end at t = 0.
+    stiffness [N/m | N m/rad]: stiffness of the spring. position [m | rad]: position of the free end
+    at t = 0.
     """
     return EffortFunction(proportional=stiffness, target=position, target_speed=speed)
 
 
 def pid(proportional: float, derivative: float, integral: float, target: float) -> EffortFunction:
-    """Return the effort of a PID position controller (thesis 3.40) with the reference `target` [m].
+    """Return the effort of a PID position controller (thesis 3.40).
 
-    The gains are Kp [N/m], Kv [N s/m] and Ki [N/(m s)].
+    proportional, derivative, integral: gains Kp [N/m | N m/rad], Kv [N s/m | N m s/rad] and
+    Ki [N/(m s) | N m/(rad s)]. target [m | rad]: reference.
     """
     return EffortFunction(
         proportional=proportional, derivative=derivative, integral=integral, target=target

@@ -64,7 +64,7 @@ def friction_line(body: Vector, region: float, direction: float) -> tuple[float,
 
 @bare_kernel
 def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
-    """Return the friction at velocity v; at rest, the effort u limited by the breakaway.
+    """Return the friction [N | N m] at velocity v; at rest, the effort u limited by the breakaway.
 
     If a body at rest touches an end stop, the stop balances the remaining effort.
     """

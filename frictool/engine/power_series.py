@@ -70,7 +70,9 @@ def motion(
 
 @kernel
 def reach(c: Vector) -> float:
-    """Return the time for which the series c (TERMS,) is exact to rounding; inf for a polynomial.
+    """Return the time [s] up to which the series c (TERMS,) is exact to rounding.
+
+    The time is infinite for a polynomial.
 
     Up to that time the last two terms are below EXACT times the largest term of the first half of
     the series.

@@ -117,7 +117,7 @@ def rise_time(phase: Phase, level: float, duration: float) -> float:
 
 @kernel
 def travel_time(phase: Phase, length: float, duration: float) -> float:
-    """Return the time in (0, duration] at which the distance `length` is covered, or NEVER.
+    """Return the time [s] in (0, duration] at which the distance `length` is covered, or NEVER.
 
     The speed must not fall below zero within `duration`.
     """

@@ -40,7 +40,8 @@ class Term:
     def times(self, other: Term) -> Term:
         """Return the product of two terms, with common factors cancelled.
 
-        `element` of the product is that of `other` or, if this is empty, that of the first term.
+        The product has the `element` of `other` or, if this is empty, the `element` of the first
+        term.
         """
         powers: dict[Atom, int] = {}
         for atom, power in (*self.factors, *other.factors):

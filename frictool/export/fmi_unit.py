@@ -141,7 +141,7 @@ class FmiUnit:
     - document: kind of document that is exported
     - origin: origin of the document
     - period: default communication step [s]
-    - variables: variables; the first one is the time
+    - variables: variables; the first variable is the time
     - functions: C file with the functions of FMI
     - sources: C files and headers, without the functions of FMI
     - is_sampled: True if the unit executes one sample per period

@@ -107,7 +107,7 @@ class EffectRegression:
 
     @property
     def tested(self) -> list[Hypothesis]:
-        """Return the hypotheses in `free`; if `noisy`, only those unlike the acceleration."""
+        """Return the hypotheses in `free`; if `noisy`, only hypotheses unlike the acceleration."""
         return [one for one in self.free if not (self.noisy and one.term in LIKE_ACCELERATION)]
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
@@ -125,7 +125,7 @@ class EffectRegression:
     def scatter(self, more: Sequence[Hypothesis] = ()) -> dict[str, float]:
         """Return half widths of all parameters from the scatter of the residual between bins.
 
-        The residual is that of the model with the additional hypotheses `more`.
+        The residual belongs to the model with the additional hypotheses `more`.
         """
         rows = self.rows
         used = [*self.used, *more]
@@ -449,7 +449,8 @@ def effect_regression(
 
     `smoother` multiplies the length of the smoothing windows. If `hides` is True, the inertia is
     fixed when noise of the acceleration reduces the fitted inertia by more than the half width of
-    its interval. The fixed value is that of `fit` or, if `fit` has no inertia, that of the bench.
+    its interval. The fixed value is the inertia of `fit` or, if `fit` has no inertia, the inertia
+    of the bench.
     """
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:

@@ -73,7 +73,7 @@ class TriedModel:
     - force_error: relative force error, defined in `force_error.py`
     - chosen: True for the model that was selected
 
-    The errors are those in strokes that the fit did not use, if the logs are long enough.
+    If the logs are long enough, the errors are computed from strokes that the fit did not use.
     """
 
     name: str

@@ -161,7 +161,10 @@ def _with_shifts(
     bench: Bench,
     effects: Sequence[AcceptedEffects],
 ) -> dict[str, Interval]:
-    """Widen the intervals in `parameters` to contain those in `fit` shifted by each effect."""
+    """Widen the intervals of `parameters` to contain the shifted intervals of `fit`.
+
+    Each effect shifts the intervals of `fit`.
+    """
     out = dict(parameters)
     for one in effects:
         for name, shift in one.shift.items():

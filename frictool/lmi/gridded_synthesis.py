@@ -265,7 +265,10 @@ def _trace(problem: GridInequalities) -> Vector:
 
 
 def _widest(problem: GridInequalities, gamma: float, smallest: Vector) -> Vector:
-    """Return the X and Y with the largest b in [X bI; bI Y] > 0 at a nearly minimal mean trace."""
+    """Return the decision vector with the largest b in [X bI; bI Y] > 0.
+
+    The mean trace of X and Y is nearly minimal.
+    """
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(
         np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None]

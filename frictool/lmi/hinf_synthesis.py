@@ -252,7 +252,10 @@ def _smallest(problem: BoundedRealInequalities, gamma: float) -> Vector:
 
 
 def _widest(problem: BoundedRealInequalities, gamma: float, smallest: Vector) -> Vector:
-    """Return the R and S with the largest b in [R bI; bI S] >= 0 near the smallest trace(R + S)."""
+    """Return the decision vector with the largest b in [R bI; bI S] >= 0.
+
+    trace(R + S) is nearly minimal.
+    """
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(
         np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None]

@@ -90,7 +90,7 @@ class TransformVariable:
 def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> TransformVariable:
     """Return the variable p in which the region of poles is the unit disc or the left half-plane.
 
-    If `region` is None, the region is that of stable poles. Raises ValueError if the region
+    If `region` is None, the region contains all stable poles. Raises ValueError if the region
     contains unstable poles.
     """
     sampled = plants[0].period > 0.0

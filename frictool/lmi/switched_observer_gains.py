@@ -298,9 +298,9 @@ def place_among_unknowns(
 ) -> AffineConstraint:
     """Return the inequality of one switch as a constraint on all `count` unknowns.
 
-    `local` is the same inequality in three groups of unknowns: those of the mode before the switch,
-    those of the mode after the switch, and gamma^2. `before` and `after` are (first index, number)
-    of the unknowns of these modes; gamma^2 is the last unknown.
+    `local` is the same inequality in three groups of unknowns: the unknowns of the mode before the
+    switch, the unknowns of the mode after the switch, and gamma^2. `before` and `after` are (first
+    index, number) of the unknowns of these modes; gamma^2 is the last unknown.
     """
     columns = np.zeros((len(local.columns), count))
     columns[:, before[0] : before[0] + before[1]] = local.columns[:, : before[1]]

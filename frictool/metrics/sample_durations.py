@@ -1,4 +1,4 @@
-"""Duration of each sample of a signal, from the sample to the next one."""
+"""Duration of each sample of a signal, from the sample to the next sample."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class FleetRow:
     - ratio: wear divided by the wear of the unit at commissioning; None if this is unknown
     - verdict: comparison of the wear with the limit; None if there is no limit or no outcome
     - reason: reason for the verdict, or for a missing result
-    - first: True if this log is the first of its unit; later logs are compared with it
+    - first: True if this log is the first of its unit, with which the later logs are compared
     """
 
     file: str
@@ -168,7 +168,10 @@ def _row(
 
 
 def counts(table: Sequence[FleetRow]) -> dict[str, int]:
-    """Return the numbers of logs above the limit, undecided, unreadable, and with lost data."""
+    """Return the number of logs in each of four groups.
+
+    The groups are: above the limit, undecided, unreadable, and with lost data.
+    """
     return {
         "above_limit": sum(bool(row.alarm) for row in table),
         "undecided": sum(row.verdict is not None and row.verdict.exceeded is None for row in table),

@@ -8,7 +8,8 @@ The drive i approaches the command with the drive's lag. Inside the backlash, th
 `gap_share` times that of the axis, and there is no viscous friction.
 
 **Known direction.** While the speed has one sign for certain and the contact with the load is
-known, the friction is known: the forms are those of the linear differential equation.
+known, the friction is known: the new forms follow from the solution of the linear differential
+equation.
 
 **Unknown direction.** Let T be the sample period, e the mean acceleration by drive and load during
 the sample, and r = v(T) - s (v(0) + T e) with a factor 0 < s <= 1. With the mean friction

@@ -5,7 +5,7 @@ through the ratios K/J, F/J and sigma/J (axis_forms.py); a fourth ratio, the loa
 inertia, has the same interval in all cells. A cell is a box of the first three ratios. The search
 halves the cells that are not proved. A cell is written as its path from the box of all ratios: one
 letter for each halving, c (constant), f (Coulomb friction) or v (viscous friction) for the lower
-half, C, F or V for the upper one. K/J and F/J are halved at their geometric mean, sigma/J at its
+half, C, F or V for the upper half. K/J and F/J are halved at their geometric mean, sigma/J at its
 arithmetic mean.
 
 A hold is an interval of time with a constant reference. A cell is proved if every hold of the
@@ -98,9 +98,9 @@ class HoldGoal:
 class BoxTest:
     """Step test for all plants of a parameter box.
 
-    loop: sampled loop. goals: requirements of each hold. start: starts of the first hold. box:
-    interval of each parameter. load: constant load [N m | N]. travel: positions of the end stops
-    [rad | m].
+    loop: sampled loop. goals: requirements of each hold. start: set of starts of the first hold.
+    box: interval of each parameter. load: constant load [N m | N]. travel: positions of the end
+    stops [rad | m].
     """
 
     loop: TubeLoop

@@ -10,9 +10,9 @@ At the peak of its overshoot, the prefilter counts as settled for some samples. 
 then in its rest band, its states are numbers. At such a sample the generators of position, speed
 and drive are joined (`_join`).
 
-After the prefilter has settled for the rest of the hold, the drive is 0, and friction stops the
-axis. The final position follows from a polygon around the pairs of position and speed: with the
-least deceleration d by friction and load, an axis with the speed v moves on by at most v^2/(2 d).
+After the last motion of the prefilter in the hold, the drive is 0, and friction stops the axis. The
+final position follows from a polygon around the pairs of position and speed: with the least
+deceleration d by friction and load, an axis with the speed v moves on by at most v^2/(2 d).
 """
 
 from __future__ import annotations

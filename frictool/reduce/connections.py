@@ -122,8 +122,8 @@ def seen_from(
 ) -> dict[int, BlockMotion]:
     """Return block number -> motion, for every block that moves with the block `root`.
 
-    The motions are those with each backlash in its middle and with unstrained compliant links.
-    Paths of rigid links are preferred. names: names of the blocks by number.
+    In these motions each backlash is in its middle, and compliant links are unstrained. Paths of
+    rigid links are preferred. names: names of the blocks by number.
 
     Raises NoSolutionError if two paths from the root to a block have different ratios: the
     mechanism then has several independent motions, or cannot move.

@@ -112,7 +112,7 @@ def _losses_report(
 def _reflected_inertia(
     mechanism: Mechanism, root: str, slopes: Mapping[str, tuple[float, float]]
 ) -> ReflectedInertia:
-    """Return bounds of the reflected inertia of all blocks, and of those rigid with the root block.
+    """Return bounds of the inertia reflected from all blocks, and from blocks rigid with the root.
 
     slopes: block -> smallest and largest quotient of the block's reflected inertia and its inertia.
     """

@@ -250,7 +250,8 @@ def _positions(
 ) -> Vector:
     """Return the positions (n,) of the source's block at which the curves are evaluated.
 
-    The positions include those at which a block behind backlash is at a point of its curve.
+    The positions include every position at which a block behind backlash is at a point of its
+    curve.
     """
     x = positions(mechanism)
     low, high = (float(x[0]), float(x[-1])) if travel is None else travel

@@ -49,7 +49,7 @@ class RigFacts:
     def simulated(self, facts: Mapping[str, float]) -> RigFacts:
         """Return these data with the encoder step of a simulation.
 
-        The drive limit is the lower one of the limits of bench and simulation.
+        The drive limit is the lower of the limits of bench and simulation.
         """
         limits = [
             limit

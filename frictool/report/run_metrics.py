@@ -52,8 +52,8 @@ class RunRecord(NamedTuple):
 class RunMetrics:
     """Function that computes (value, met) of each requirement for a simulated plant.
 
-    The order is that of `spec`. `rig`: rig of the simulations. `covers` is True if this class can
-    judge every requirement, that is, if all are in KEYS.
+    The requirements are in the order of `spec`. `rig`: rig of the simulations. `covers` is True if
+    this class can judge every requirement, that is, if all are in KEYS.
     """
 
     def __init__(self, spec: Spec, rig: RigFacts) -> None:

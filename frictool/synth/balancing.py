@@ -14,8 +14,9 @@ def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.floa
     """Return the stable system `k` in balanced coordinates, and its Hankel singular values.
 
     In balanced coordinates both Gramians are the same diagonal matrix, whose entries are the Hankel
-    singular values. Two kinds of states are left out: those that are unreachable or unobservable to
-    working precision, and those with a singular value of at most `negligible` times the largest.
+    singular values. Two kinds of states are left out: states that are unreachable or unobservable
+    to working precision, and states with a singular value of at most `negligible` times the
+    largest.
     """
     if not k.order:
         return k, np.empty(0)

@@ -60,7 +60,7 @@ def check_least_drive(
     scenario
         Steps of the test.
     plants
-        Parameters of each plant by name, SI; a plant without values is the nominal one.
+        Parameters of each plant by name, SI; a plant without values is the nominal plant.
     """
     limit, peak = model.bench.actuator.limit.value, spec.drive_peak
     low_peak = peak is not None and peak.value < limit
@@ -143,7 +143,7 @@ def _frictions(
 
 
 def _targets(spec: Spec, scenario: Scenario) -> list[float]:
-    """Return start and targets [rad | m], up to the first step that a report cannot judge."""
+    """Return [start, targets ...] [rad | m], up to the first step that a report cannot judge."""
     assert scenario.start is not None
     targets = [scenario.start.value]
     for step in scenario.steps:

@@ -85,7 +85,7 @@ def stiffness_of(model: Model) -> Estimate | None:
 def _spring_with_offset(stiffness: Estimate, model: Model) -> float:
     """Return the largest absolute value of stiffness x + offset at all positions x of the travel.
 
-    The value is that of one corner of the intervals of stiffness, offset and position.
+    This value occurs at a combination of ends of the intervals of stiffness, offset and position.
     """
     travel = model.bench.mechanics.travel
     named = f"laws.load.stiffness is {stiffness.value:.4g} {stiffness.unit}"
@@ -113,6 +113,6 @@ def largest(estimate: Estimate) -> float:
 def amplitude(sine: Estimate, cosine: Estimate) -> float:
     """Return the maximum of |s sin x + c cos x| over all x, and all s and c in their intervals.
 
-    The interval of s is that of `sine`, the interval of c that of `cosine`.
+    `sine` contains the interval of s, `cosine` the interval of c.
     """
     return math.hypot(largest(sine), largest(cosine))

@@ -81,7 +81,7 @@ class MinimaxDescent:
         self._sensitivities = [sensitivity_plant(plant) for plant in plants] if margin else []
 
     def on(self, structure: StructuredController) -> MinimaxDescent:
-        """Return a descent for another structure with the same plants and the same domain."""
+        """Return a descent for another structure with the same plants and time domain."""
         return MinimaxDescent(structure, self.plants, float(self.grid[0]), self.margin)
 
     def coarse(self, parameters: Vector) -> float:

@@ -49,8 +49,8 @@ SETTLED = 0.05  # error at which the response has settled, as a fraction of the 
 class PlacementRule:
     """Closed-loop poles to place: a dominant pair, and auxiliary poles at a higher frequency.
 
-    `frequency` [rad/s] and `damping` are those of the dominant pair. `ratio` is the frequency of
-    the auxiliary poles divided by `frequency`.
+    `frequency` [rad/s], `damping`: natural frequency and damping ratio of the dominant pair.
+    `ratio` is the frequency of the auxiliary poles divided by `frequency`.
     """
 
     frequency: float

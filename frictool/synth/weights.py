@@ -5,7 +5,7 @@ the top speed for a speed loop. The friction w in [-1, 1] and a reference of 1 r
 1 rad/s) are inputs of equal size. Quantities for a reference of amplitude A are therefore divided
 by A:
 
-    W2     bandwidth z2 = 3/(M_mod t_95), twice that for the speed loop under a position law;
+    W2     bandwidth z2 = 3/(M_mod t_95), twice as large for the speed loop under a position law;
            M_mod, t_95: specified modulus margin and response time; e_stat: specified
            static error, divided by the travel (thesis 5.56, 5.57)
     W1     1/A: full friction leaves an error of e_stat A, the static error of the

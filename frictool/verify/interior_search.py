@@ -120,7 +120,8 @@ def worst_norm(
 ) -> WorstPlant:
     """Return the plant with the largest norm among the points.
 
-    `plant` maps the rates of the axis to the generalised plant in the controller's time domain.
+    `plant` is a function from AxisRates (parameters divided by the inertia) to the generalised
+    plant in the controller's time domain.
     """
     value, at = largest(norm(plant(point.rates).closed(controller))[0] for point in points)
     return WorstPlant(value, points[at])

@@ -87,7 +87,7 @@ class LinearLoops:
         )
 
     def plant(self, rates: AxisRates, *, sampled: bool = True) -> GeneralisedPlant:
-        """Return the weighted plant for the `rates` of an axis.
+        """Return the weighted plant of an axis; `rates`: parameters divided by the inertia.
 
         sampled: True for a sampled plant with the computational delay, False for a continuous
         plant without delay. `weights` must not be None.

@@ -85,7 +85,7 @@ def with_observer(
     observer : Observer
         Observer document of the same rig.
     margin : float, optional
-        Modulus margin that replaces the specified one.
+        Modulus margin that replaces the specified margin.
 
     Returns
     -------

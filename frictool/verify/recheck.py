@@ -71,7 +71,7 @@ class Verification(ResultView):
 
     @property
     def unaltered(self) -> bool:
-        """Return True if no computed value differs from the stored one and no block was changed."""
+        """Return True if no value differs from its stored value, and no block was changed."""
         return not self.differences and not self.changed
 
     @property

@@ -88,7 +88,7 @@ def different_stiffness(
     """Return a phrase if a stiffness was not covered by the verification, else an empty tuple.
 
     - spring: stiffness with which the loops were verified; None if they had no spring
-    - ends: interval of the stiffness [N m/rad | N/m], 0 without a spring
+    - ends: interval of the stiffness [N m/rad | N/m]; (0, 0) without a spring
 
     A controller is verified without a spring and at both ends of the interval of `spring`. It
     therefore covers every stiffness from 0 to these ends.

@@ -52,7 +52,7 @@ def scheduled_figures(
 
     - corners: controllers at the corners
     - names: scheduled parameters, for which the controller is interpolated at each plant
-    - plant: function from rates to the weighted plant
+    - plant: function from AxisRates (parameters divided by the inertia) to the weighted plant
     - lag: time constant of the drive [s]
     - delay: computational delay [samples]
     - period: sample period [s]

@@ -9,7 +9,7 @@ all rounding errors. With U = 2^-53, the error of a product of complex doubles i
 |x| |y| (Brent, Percival and Zimmermann, Math. Comp. 76, 2007), and the error of a sum is at most U
 times the sum. A radius r is the sum of nonnegative doubles, computed with fewer than 64 roundings
 and multiplied by UP; TINY bounds underflow. A form with a NaN or an infinite radius proves nothing:
-every comparison in a proof is false for it.
+every comparison of a proof with such a form is false.
 """
 
 from __future__ import annotations

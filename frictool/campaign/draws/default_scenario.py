@@ -57,7 +57,7 @@ def short_step(model: Model, spec: Spec) -> float | None:
 
 
 def shortest_travel_step(model: Model) -> float:
-    """Return the length of the shortest default step except the short one [rad | m]."""
+    """Return the length [rad | m] of the shortest default step, apart from the short step."""
     return SHORTEST / LONGEST * longest_step(model)
 
 

@@ -93,7 +93,7 @@ def plant_factors(
     instead: Mapping[str, Span],
     fixed: Mapping[str, Quantity],
 ) -> Iterator[Factor]:
-    """Yield the factors of a plant's parameters, including those with low equal to high.
+    """Yield the factors of a plant's parameters, including factors with low equal to high.
 
     `ranges`: parameter -> range in the plant document.
     `instead`: parameter -> range that replaces the range of the document.

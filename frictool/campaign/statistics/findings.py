@@ -39,7 +39,10 @@ class Findings:
 
     @property
     def reached(self) -> bool:
-        """Return True if the trials show the pass rate `required` or, if it is None, all pass."""
+        """Return True if the trials show the pass rate `required`.
+
+        If `required` is None, return True if all trials pass.
+        """
         if self.required is None:
             return 0 < self.rate.count == self.rate.passed
         return self.rate.count > 0 and self.rate.reaches(self.required)

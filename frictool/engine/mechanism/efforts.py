@@ -262,5 +262,5 @@ def all_efforts(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Fill all results of `efforts`."""
+    """Compute `efforts` with all results, also those that only the ends of a step need."""
     return efforts(machine, t, y, modes, inputs, out, True)

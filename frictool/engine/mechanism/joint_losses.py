@@ -39,7 +39,7 @@ def is_self_locking(p: Vector, row: int) -> bool:
 
 @bare_kernel
 def kink_of(p: Vector, row: int, driven: float) -> float:
-    """Return the force at a joint's load end b at which the slope of the loss changes.
+    """Return the force [N | N m] at a joint's load end b at which the slope of the loss changes.
 
     `driven` is the effort of the sources on block a.
     """
@@ -63,7 +63,7 @@ def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
 
 @bare_kernel
 def transmitted(p: Vector, row: int, kink: float, direction: float, force: float) -> float:
-    """Return the force at the driving end a for a `force` at load end b.
+    """Return the force [N | N m] at the driving end a for a `force` at load end b.
 
     direction: direction of motion of end a.
     """
@@ -75,7 +75,7 @@ def transmitted(p: Vector, row: int, kink: float, direction: float, force: float
 
 @bare_kernel
 def received(p: Vector, row: int, kink: float, direction: float, effort: float) -> float:
-    """Return the force at load end b for a force `effort` at driving end a."""
+    """Return the force [N | N m] at load end b for a force `effort` at driving end a."""
     ratio = ly.ratio(p, row)
     beyond = effort - ratio * kink
     if beyond == 0.0:

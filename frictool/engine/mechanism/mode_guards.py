@@ -153,7 +153,7 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
 
 @bare_kernel
 def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) -> float:
-    """Return the first time before `shortest` at which a guard may pass its limit.
+    """Return the first time [s] before `shortest` at which a guard may pass its limit.
 
     The guard has the values g0, g1 and the rates r0, r1 at 0 and h, and is not passed at 0 and h.
     The result is `shortest` if the guard is not passed.
@@ -178,7 +178,7 @@ def first_dip(
     modes: IntVector,
     guard: Vector,
 ) -> float:
-    """Return the first time within a step at which a guard may briefly be passed; h if none is.
+    """Return the first time [s] within a step at which a guard may briefly be passed; else h.
 
     h: length of the step. The search covers the guards of speeds, open flanks and stops.
     """

@@ -9,7 +9,7 @@
 section  length     modes
 =======  =========  =============================================================================
 motion   n          STUCK; +1, -1: slips in that direction, also at speed 0; FREE: moves, and
-                    nothing connected to it can stick
+                    no block that it is connected to can stick
 contact  joints     OPEN; -1: touches at e = -gap, lambda >= 0; +1: touches at e = gap,
                     lambda <= 0; RIGID
 branch   joints     side of a lossy joint's kink: +1 if lambda was last above the kink, -1 if it

@@ -125,7 +125,7 @@ def fit_polynomials(
 
 
 def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector]:
-    """Split fitted coefficients into those of the forward and those of the backward polynomial.
+    """Split fitted coefficients: return coefficients of the forward and the backward polynomial.
 
     `value` contains all coefficients in the order of `design`. The lowest order is first. A
     direction without data has an empty array.

@@ -188,7 +188,7 @@ def _at_inertia(
 def _more_precise(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, means: SlidingFit
 ) -> bool:
-    """Return whether intervals by least squares overlap those of `means` and are far narrower.
+    """Return True if intervals by least squares overlap the intervals of `means`, but are narrower.
 
     `means` is a fit by the method of sines. The intervals of viscous and Coulomb friction are
     compared. An interval by least squares must be narrower than FAR times the interval of `means`.

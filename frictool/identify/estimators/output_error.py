@@ -266,8 +266,7 @@ def _with_inertia(
 def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
     """Return the values at which the search starts, by parameter name, SI.
 
-    Plausible estimates of the regression `start` are used. The other values are those in
-    bench.yaml.
+    Plausible estimates of the regression `start` are used. The other values come from bench.yaml.
     """
     known = load_values(start.laws)
     for name in SLIDING:

@@ -2,9 +2,10 @@
 
 The model of the firmware (engine/firmware_servo.py) drives the axis from the goal and the simulated
 position, from the first sample to the last without a restart. The residual is the position error.
-The fitted parameters are those of the axis, the angle of a known pendulum at position 0, and the
-constants of the servo for which the bench gives a range. A known pendulum determines the drive
-constant. If no pendulum is known, the drive constant is that in bench.yaml, and gravity is fitted.
+The fitted parameters are the parameters of the axis, the angle of a known pendulum at position 0,
+and the constants of the servo for which the bench gives a range. A known pendulum determines the
+drive constant. If no pendulum is known, the drive constant comes from bench.yaml, and gravity is
+fitted.
 """
 
 from __future__ import annotations
@@ -102,7 +103,7 @@ def simulated_position(
       pendulum at position 0, `zero`, rad
     - law: control law of the servo's firmware
 
-    A pendulum that the record states replaces that of the bench. The position is NaN if the
+    A pendulum that the record states replaces the pendulum of the bench. The position is NaN if the
     simulation fails.
     """
     from frictool.engine.firmware_servo import follow_goal  # loads the engine

@@ -35,8 +35,8 @@ def weighted(
 def inverse_deviation(samples: RegressionSamples) -> Vector:
     """Return the weight of each row (n,), 1/(standard deviation of the residuals at its speed).
 
-    The standard deviation is that of the row's speed class. Raises UnusableLogs if the regressors
-    are dependent.
+    All rows of a speed class have the same standard deviation. Raises UnusableLogs if the
+    regressors are dependent.
     """
     residual = residuals(samples, np.ones(samples.velocity.size))
     speed = np.abs(samples.velocity)

@@ -114,7 +114,7 @@ class RampPlan(NamedTuple):
 
 @dataclass(frozen=True)
 class _RampDesign:
-    """Requested precision, and rates (n,) [N m/s | N/s] among which the best one is searched."""
+    """Requested precision, and rates (n,) [N m/s | N/s] among which the best rate is searched."""
 
     bench: Bench
     request: PrecisionRequest

@@ -29,7 +29,7 @@ CHOICES = 24  # number of distances tried
 def condition(speed: float) -> float:
     """Return the condition number of the regression of friction along a sine (thesis 4.30).
 
-    The regressors are those of viscous and Coulomb friction. `speed` is the top speed of the sine,
+    The regressors belong to viscous and Coulomb friction. `speed` is the top speed of the sine,
     rad/s | m/s.
     """
     half = 0.5 * speed**2 + 1.0

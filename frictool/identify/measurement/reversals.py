@@ -11,7 +11,8 @@ acts. In the search for the width, [advance < width] is smoothed over an encoder
 The delay is a linear parameter. Its estimation is repeated, with the effort shifted by the previous
 delay, until the remaining delay is nearly 0. Rows inside the backlash are not used for the delay,
 because the motor's friction looks like a delay. These rows are excluded with the larger of two
-upper ends of the backlash: that of the estimated interval, and that of the interval in bench.yaml.
+upper ends of the backlash: the upper end of the estimated interval, and the upper end of the
+interval in bench.yaml.
 
 The other causes (`OtherCauses`) are loads, and friction that changes with position, speed,
 direction or acceleration. They change the effort after reversals, too. Their part of the effort and
@@ -388,9 +389,9 @@ def _backlash(
 ) -> Interval:
     """Return the full width of the backlash [rad | m] from all rows.
 
-    `ranges` contains two errors [rad | m]: that of the position of a reversal, and the distance
-    that the axis moves within the uncertainty of the delay. Raises UnusableLogs if the rows show no
-    backlash.
+    `ranges` contains two errors [rad | m]: the error of the position of a reversal, and the
+    distance that the axis moves within the uncertainty of the delay. Raises UnusableLogs if the
+    rows show no backlash.
     """
     regression = _regression(records, other, window)
     width = _width(regression, widest)

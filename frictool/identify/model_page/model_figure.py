@@ -1,4 +1,4 @@
-"""Figure of a model document: friction over speed, and over position if friction varies with it."""
+"""Figure of a model document: friction over speed and, if position matters, over position."""
 
 from __future__ import annotations
 

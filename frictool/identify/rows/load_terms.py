@@ -136,7 +136,7 @@ def axis_and_load(
 ) -> tuple[Vector, Vector]:
     """Return the parameter arrays of axis and load for engine/effort_replay.py.
 
-    `values` are the parameters by name, SI. Breakaway and backlash are those in bench.yaml.
+    `values` are the parameters by name, SI. Breakaway and backlash come from bench.yaml.
     """
     coulomb = values["coulomb"]
     mechanics = bench.mechanics

@@ -118,8 +118,8 @@ def mean_velocity(
 
     After this end, the axis rests or turns. An axis that turns with a constant deceleration,
     without a rest, stays in its last count for at most TURN c/v. Here c is the count, and v the
-    speed before this count. If the axis stays longer, the velocity in this count is 0, else that of
-    the last motion.
+    speed before this count. If the axis stays longer, the velocity in this count is 0, else the
+    velocity of the last motion.
     """
     turn = TURN / COUNTS * distance
     first = 0

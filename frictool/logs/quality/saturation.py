@@ -87,7 +87,7 @@ class FlatTopDetector:
 class _ExtremeCounts:
     """Counts at one extreme of a signal.
 
-    samples, neighbouring: samples in the outermost class of values and in the class next to it.
+    samples, neighbouring: samples in the outermost class of values and in the neighbouring class.
     longest: length of the longest sequence of samples in the outermost class.
     """
 

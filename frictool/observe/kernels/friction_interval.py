@@ -88,7 +88,7 @@ def _in_slip(
     viscous_factor: float,
     dry_factor: float,
 ) -> tuple[float, float, float]:
-    """Return value, low, high of the friction in slip at the position x and the velocity v.
+    """Return value, low, high of the friction [N m | N] in slip at position x and velocity v.
 
     `loose` is the fraction that `_play` returns. The factors of viscous and dry friction are those
     at the temperature of the sample.

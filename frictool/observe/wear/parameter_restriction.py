@@ -175,7 +175,7 @@ def multiplicative(
 def _known(
     model: Model, layout: WeakFormLayout, unmodelled: UnmodelledFriction
 ) -> dict[str, tuple[float, float]]:
-    """Return the prior (mean, deviation) of inertia, viscous friction, its asymmetry and bends.
+    """Return name -> prior (mean, deviation) for inertia and viscous friction (asymmetry, bends).
 
     The range of the viscous friction in bench.yaml applies to the steepest slope
     (adapters/friction_levels.py). If the model has bends, this is the slope above the last bend.

@@ -1,6 +1,6 @@
 """Scales of a rig and a specification, which make the parameters of a candidate dimensionless.
 
-dead time     T (1 + delay) + lag     T/2 each: zero-order hold and speed from differences
+dead time     T (1 + delay) + lag     T: half by the zero-order hold, half by speed differences
 loop gain     K/J, largest and smallest
 braking       (K limit + F)/J         deceleration of the slowest plant
 time          response_time_95_s
