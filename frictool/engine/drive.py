@@ -122,7 +122,7 @@ def effort(t: float, x: float, v: float, q: float, drive: Vector) -> float:
 
 @kernel
 def effort_rate(t: float, drive: Vector) -> float:
-    """Return the partial derivative of the effort u by time [N/s | N m/s]."""
+    """Return the partial derivative of the effort u with respect to time [N/s | N m/s]."""
     rate: float = drive[SLOPE] + drive[PROPORTIONAL] * drive[TARGET_SPEED]
     if drive[AMPLITUDE] != 0.0:
         turn = math.cos(drive[FREQUENCY] * t + drive[PHASE])

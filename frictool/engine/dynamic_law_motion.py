@@ -70,7 +70,7 @@ class DrivenContact(NamedTuple):
 
 
 class Linearisation(NamedTuple):
-    """Derivatives of y' by the state y and by time (rosenbrock.py `complete_stage`)."""
+    """Derivatives of y' with respect to the state y and time (rosenbrock.py `complete_stage`)."""
 
     gains: Vector
     couplings: Vector

@@ -12,7 +12,7 @@ other periods are simulated by engine/axis_motion.py. A load that depends on pos
 (plant/position_load.py) is evaluated once per period, at its middle; the error is of second order
 in the period.
 
-The correction is that of a stationary observer: before each period, `gains` times (measured -
+The correction corresponds to a stationary observer: before each period, `gains` times (measured -
 position) is added to position and velocity. With zero gains, the simulation is open loop. With the
 gains of a Kalman filter, measured - position is the innovation.
 """

@@ -3,10 +3,10 @@
     W k_i = f(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij k_j/h + h d_i f_t
     W = I/(gamma h) - J
 
-y' = f(t, y), f_t is the derivative of f by time, J the Jacobian, h the step length, and k_i stage
-i. The method is L-stable: after a contact has relaxed, which takes microseconds, only the motion
-limits the step length. Coefficients: RODAS, Hairer, Wanner, Solving Ordinary Differential Equations
-II, VI.4. The state is y = (x, v, q, z...) of engine/dynamic_law_motion.py:
+y' = f(t, y), f_t is the derivative of f with respect to time, J the Jacobian, h the step length,
+and k_i stage i. The method is L-stable: after a contact has relaxed, which takes microseconds, only
+the motion limits the step length. Coefficients: RODAS, Hairer, Wanner, Solving Ordinary
+Differential Equations II, VI.4. The state is y = (x, v, q, z...) of engine/dynamic_law_motion.py:
 
     x' = v        v' = (u(t, x, v, q) - F(v, z))/m        q' = x - r        z_i' = rate(z_i, v)
 

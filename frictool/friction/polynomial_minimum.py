@@ -46,7 +46,7 @@ def _derivative(b: list[float]) -> list[float]:
 
 
 def sign_changes(b: list[float], low: float, high: float) -> list[float]:
-    """Return the sign changes of the polynomial in [low, high], in rising order.
+    """Return the arguments in [low, high] at which a polynomial changes sign, in rising order.
 
     The result may contain double zeros, at which the sign does not change.
     """

@@ -46,7 +46,7 @@ def count_passed_knees(speed: float, regimes: Vector) -> int:
 
 @kernel
 def knee_slope(v: float, regimes: Vector) -> float:
-    """Return the derivative of `knee_force` by v; at a knee speed, the limit from below."""
+    """Return the derivative of `knee_force` with respect to v; at a knee, the limit from below."""
     total = 0.0
     speed = abs(v)
     for i in range(0, regimes.shape[0] - 1, 2):

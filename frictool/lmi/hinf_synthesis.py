@@ -196,8 +196,8 @@ def vertex_controllers(
 ) -> tuple[Lti, ...]:
     """Return a controller for each plant, all in the same state coordinates.
 
-    A convex combination of the plants, with the same combination of the controllers, is a loop with
-    a norm of at most `ease` times gamma (thesis 5.46, 5.64).
+    A convex combination of the plants forms, with the same combination of the controllers, a loop
+    with a norm of at most `ease` times gamma (thesis 5.46, 5.64).
     """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 

@@ -17,7 +17,7 @@ class EstimateRange:
     high: float
 
     def over(self, other: EstimateRange) -> EstimateRange:
-        """Return the ratio of this estimate to an independent one; both values must be positive.
+        """Return the ratio of this estimate to an independent estimate; both must be positive.
 
         The relative half width of the result is sqrt(a^2 + b^2) with the relative half widths a and
         b of both estimates, separately for the lower and the upper end.

@@ -82,7 +82,7 @@ def load_effort(load: Vector, x: float) -> float:
 
 @kernel
 def load_slope(load: Vector, x: float) -> float:
-    """Return the derivative of `load_effort` by x [N m/rad | N/m]."""
+    """Return the derivative of `load_effort` with respect to x [N m/rad | N/m]."""
     if load.shape[0] == 0:
         return 0.0
     total = float(load[0])

@@ -113,9 +113,10 @@ class AxisCell(NamedTuple):
 
     Accelerations are in rad/s^2 | m/s^2 (effort divided by the inertia), `backlash` in rad | m.
     gap_share: friction inside the backlash divided by the friction of the axis. breakaway:
-    breakaway of the axis divided by its Coulomb friction. gap_breakaway: the same quotient inside
-    the backlash. lag_time: integral of e^(-t/lag) over a sample [s]. lag_move: error of a double
-    integral over a sample [s^2] if e^(-t/lag) is replaced by its mean value.
+    breakaway of the axis divided by its Coulomb friction. gap_breakaway: breakaway inside the
+    backlash divided by the Coulomb friction there. lag_time: integral of e^(-t/lag) over a sample
+    [s]. lag_move: error of a double integral over a sample [s^2] if e^(-t/lag) is replaced by its
+    mean value.
     """
 
     period: float

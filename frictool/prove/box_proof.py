@@ -451,7 +451,7 @@ def prove_cells(
     progress: Callable[[float], None] = lambda _: None,
     cores: int | None = None,
 ) -> tuple[str, ...]:
-    """Prove the listed cells again, and return the paths of the proved ones.
+    """Prove the listed cells again, and return the paths of the cells that are proved.
 
     The result is empty if the cells overlap or are not cells of the search. progress(f) is called
     with the completed fraction f (0 to 1).
@@ -506,7 +506,7 @@ def ratios_of(test: BoxTest, path: str) -> CellRatios:
 
 
 def halves(test: BoxTest, path: str) -> Iterator[str]:
-    """Yield the paths of a cell's halves; the cell is divided along its largest relative size."""
+    """Yield the paths of both halves of a cell; the largest of its relative `sizes` is halved."""
     relative = sizes(test, path)
     letter = LETTERS[relative.index(max(relative))]
     yield path + letter

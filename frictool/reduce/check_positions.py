@@ -1,4 +1,4 @@
-"""Simulation of test commands on a mechanism or its one-inertia model: sensor position."""
+"""Sensor position under test commands, simulated with a mechanism or its one-inertia model."""
 
 from __future__ import annotations
 

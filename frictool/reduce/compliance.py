@@ -145,7 +145,7 @@ def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
 
 
 def middle(mechanism: Mechanism) -> np.ndarray:
-    """Return the blocks' positions in mid-travel; if the travel is unknown, at the start."""
+    """Return the positions (n,) of the blocks in mid-travel; without a travel, at the start."""
     assembled, travel = assemble_cached(mechanism), known_travel(mechanism)
     return (
         assembled.start if travel is None else assembled.start * 0.0 + 0.5 * (travel[0] + travel[1])

@@ -22,7 +22,7 @@ class Connection:
     ratio, offset: coefficients of q_b = ratio q_a + offset.
     gap: half the width of the backlash, in the coordinate of `b` [rad | m].
     drive_loss: effort lost at `a`, divided by the transmitted effort, while `a` drives `b`.
-    back_loss: the same quotient while `b` drives `a`.
+    back_loss: effort lost at `a`, divided by the transmitted effort, while `b` drives `a`.
     stiffness, damping: stiffness and damping of the link, in the coordinate of `b`; 0 for a rigid
         link.
     """

@@ -257,7 +257,8 @@ def _compliance(
 ) -> Compliance | None:
     """Return the link's stiffness and damping in the coordinate of the frame, with their intervals.
 
-    `stated` are the values of the document. For a belt, they are along the belt.
+    `stated` are the values of the document. For a belt, these values refer to the motion along the
+    belt.
     """
     if stated is None or not one.compliant:
         return None

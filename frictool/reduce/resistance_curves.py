@@ -27,7 +27,7 @@ class LinkLoss:
     """Losses of a link of ratio 1 between a near side, towards the source, and a far side.
 
     drive: lost effort divided by the transmitted effort, while the near side drives.
-    back: the same quotient while the far side drives.
+    back: lost effort divided by the transmitted effort, while the far side drives.
     from_near: True if end `a` of the link is the near side.
     """
 

@@ -176,7 +176,7 @@ class SynthesisProblem:
     def check(self, k: Lti) -> None:
         """Raise NoSolutionError if a sampled loop is unstable or has too small a modulus margin.
 
-        The loops are those of the controller `k`, in continuous or discrete time, with each vertex.
+        The loops consist of the controller `k` (in continuous or discrete time) and each vertex.
         The specification states the required margin.
         """
         running = self.discretised(k)
@@ -207,8 +207,8 @@ class ControllerCandidate:
       bound
     - optimum: smallest gamma of the inequalities, or smallest worst norm of method `minimax`; else
       None
-    - scheduled: one controller at the sample period in bench.yaml for each vertex of `over`, with
-      common state coordinates (thesis 5.64)
+    - scheduled: one controller at the sample period in bench.yaml for each vertex of the polytope
+      `over`, with common state coordinates (thesis 5.64)
     """
 
     controller: Lti

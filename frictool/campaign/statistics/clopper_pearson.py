@@ -1,7 +1,7 @@
 """Exact Clopper-Pearson bounds of a pass rate (Biometrika 26, 1934).
 
 The count is the number of draws that pass. The lower bound is the rate for which the observed count
-or a larger one has the probability 1 - confidence. The bound is exact for independent draws.
+or a larger count has the probability 1 - confidence. The bound is exact for independent draws.
 
 The draws of a Latin hypercube are not independent. The mean of a function over n of these draws has
 at most the variance of the mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),

@@ -85,7 +85,7 @@ def scores_of(values: Vector) -> tuple[Vector, ...]:
     """Return the rank scores (location, spread) of `values` (n,), finite or infinite.
 
     Each score has shape (n,) and zero mean; the two are orthogonal. Equal values have the same
-    rank. If too many values are equal, the result has only one score, or none.
+    rank. If too many values are equal, the result has only one score, or is empty.
     """
     n = values.size
     score_of_rank = (scipy.stats.rankdata(values) - 0.5 * (n + 1.0)) / n

@@ -46,9 +46,9 @@ class JointTree(NamedTuple):
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
     """Fill the rows VALUE and SLOPE of a tree's blocks for the acceleration x of the root.
 
-    VALUE of a block is the force that the block's subtree needs; SLOPE is its derivative by x.
-    towards: direction of the root's motion if the root starts from rest, 0 if the root moves
-    already.
+    VALUE of a block is the force that the block's subtree needs; SLOPE is the derivative of VALUE
+    with respect to x. towards: direction of the root's motion if the root starts from rest, 0 if
+    the root moves already.
     """
     k, p, modes, members, y, w = tree
     n = k[ly.BLOCKS]

@@ -88,7 +88,9 @@ def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
 def resolve(
     machine: CompiledMechanism, state: MechanismState, t: float, out: RateEvaluation
 ) -> int:
-    """Determine the modes of contacts, blocks and joints t [s] after the command; return a status.
+    """Determine the modes of contacts, blocks and joints; return a status.
+
+    t [s]: time since the command.
 
     The caller must set the modes of flanks that touch without relative speed and of blocks that
     rest at a stop. `out` must contain the guards of the present modes, and is also a workspace. If

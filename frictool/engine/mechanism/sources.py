@@ -50,7 +50,7 @@ def take_inputs(
 
 @bare_kernel
 def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -> float:
-    """Return the drive of a source t [s] after the command was set."""
+    """Return the drive of a source at the time t [s] after the command was set."""
     lag = ly.lag(p, ly.source_row(k, source))
     target = inputs[source]
     before = inputs[k[ly.SOURCES] + source]

@@ -83,7 +83,10 @@ def _differences(
     of_work: Vector,
     springs: Vector,
 ) -> int:
-    """Fill the derivatives of rates and powers by the state, without stiffness and damping."""
+    """Fill the Jacobian of rates and powers with respect to the state.
+
+    The stiffness and the damping of the links are left out.
+    """
     k, p = machine.whole, machine.numbers
     y, modes, workspace = state.y, state.modes, state.workspace
     inputs, point = workspace.lines[st.INPUTS], workspace.lines[st.POINT]
@@ -125,8 +128,8 @@ def _add_springs(
     """Add the derivatives by stiffness and damping of each coupling, as products of two vectors.
 
     One vector is the response of rates and powers to a force in the link. The other vector is the
-    derivative of this force by the state. A common motion of both ends therefore changes no force,
-    up to rounding.
+    derivative of this force with respect to the state. A common motion of both ends therefore
+    changes no force, up to rounding.
     """
     k, p = machine.whole, machine.numbers
     y, modes, workspace = state.y, state.modes, state.workspace

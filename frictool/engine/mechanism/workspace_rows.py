@@ -18,7 +18,7 @@ ALONG          speed of the block divided by the speed of the root     tree_solv
 AHEAD,         friction at the start of a forward and of a backward    contact_resolution.py
 BEHIND         slip, without joint losses
 VALUE,         effort that the subtree needs at the root's             acceleration_graph.py,
-SLOPE          acceleration x, and its derivative by x                 lossy_impulses.py
+SLOPE          acceleration x, and d(effort)/dx                        lossy_impulses.py
 STOPPED_LOW,   1 if the block rests at its low or high end stop,       contact_resolution.py
 STOPPED_HIGH   else 0
 ON_BLOCK       effort on the block of a fixed-step law                 fixed_step_laws.py

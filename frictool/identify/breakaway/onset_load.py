@@ -1,7 +1,7 @@
 """Unknown load over position at the onsets of ramps.
 
-A load L(x) at the position x adds to the friction at a forward onset, and is subtracted from it at
-a backward one:
+A load L(x) at the position x adds to the friction at a forward onset, and is subtracted from the
+friction at a backward onset:
 
     direction effort = friction(x) + direction (offset + L(x))
 

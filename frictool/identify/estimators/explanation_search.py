@@ -133,7 +133,7 @@ class ExplanationSearch:
     def smoother(self, factor: float) -> ExplanationSearch:
         """Return the search with smoothing windows that are `factor` times as long.
 
-        A longer window is at most a quarter of the record's median stroke, and a shorter one at
+        A longer window is at most a quarter of the record's median stroke, and a shorter window at
         least SHORTEST samples.
         """
         longest = (LONGEST_SHARE * stroke_samples(record) for record in self.records)
