@@ -17,11 +17,12 @@ from dataclasses import dataclass, replace
 from msgspec import structs
 
 from frictool.campaign.draws.default_scenario import response_time
+from frictool.campaign.narrower_range import narrower_range
 from frictool.campaign.played_design import DesignTest, longest_step_of
 from frictool.campaign.search_findings import CandidateExamination, SearchFindings
+from frictool.campaign.search_tests import search_tests
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import FeedforwardDesign, ProfileDesign
-from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.runtime.object_view import ResultView
 from frictool.synth.feasibility import check_feasible, check_played_step
@@ -54,9 +55,6 @@ KEPT = (
 TRACKED = ("tracking_error_peak", "tracking_error_rms", "settling_after_profile")
 CONTINUABLE = 0.15  # largest relative violation of a limit for which a family is searched again
 EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified one
-SHORT = 2.5  # duration of a step in the shortened tests, in response times
-AT_REST = 2.25  # time after which the axis must rest in the shortened tests, in response times
-SCREENED = 2  # number of steps in the first shortened test
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,7 +132,7 @@ def design_automatically(
     check_feasible(model, spec, first.design(scales, first.values(first.starts[0])))
     slowness = scales.dead_time + 1.0 / fastest_filter(scales)
     check_played_step(model, spec, length, slowness)
-    tests = _tests(test)
+    tests = search_tests(test)
     search = _Search(test, tests, scales, CandidateControllers(model, spec), progress)
     searches = [search.of(family) for family in families]
     try:
@@ -170,11 +168,15 @@ class _Search:
             return AutomaticDesign(tuple(outcomes))
         self.progress("search: nearest candidates, with all plants")
         examination = CandidateExamination(self.test, self.tests, self.controllers)
-        findings = examination.findings([one for outcome in outcomes for one in outcome.trade])
+        candidates = [one for outcome in outcomes for one in outcome.trade]
+        findings = examination.findings(candidates)
         if findings.accepted:
             outcomes.append(
                 replace(_family_of(findings, outcomes), best=findings.best, passed=True)
             )
+        else:
+            narrower = narrower_range(self.test, [*findings.examined, *candidates])
+            findings = replace(findings, narrower=narrower)
         return AutomaticDesign(tuple(outcomes), findings)
 
     def of(self, family: CandidateFamily) -> CandidateSearch:
@@ -192,7 +194,7 @@ class _Search:
         response = easing * spec.response_time_95_s
         test = replace(self.test, spec=structs.replace(spec, response_time_95_s=response))
         scales = replace(self.scales, response=response)
-        return replace(self, test=test, tests=_tests(test), scales=scales)
+        return replace(self, test=test, tests=search_tests(test), scales=scales)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
         """Search a family again, first for a longer response time, then for shorter ones.
@@ -255,35 +257,3 @@ def _without(names: Collection[str], family: CandidateFamily) -> CandidateFamily
 
 def _verify(test: DesignTest, design: Design) -> None:
     synthesise(test.model, test.spec, design, vertices_only=True)
-
-
-def _tests(test: DesignTest) -> PlayedTests:
-    seconds = response_time(test.model, test.spec)
-    short, spec = _shortened(test.scenario, test.spec, seconds)
-    screened = structs.replace(short, steps=short.steps[:SCREENED])
-    at_places = test.judges_of_places(short, spec)
-    return PlayedTests(
-        test.judge_of(screened, spec),
-        test.judge_of(short, spec),
-        test.judge,
-        test.judges_of_others(short, spec),
-        lambda controller, whole: test.worst_at_places(at_places, controller, whole),
-        test.extremes,
-        len(test.plants),
-    )
-
-
-def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenario, Spec]:
-    steps = tuple(
-        step
-        if step.reference is None or step.duration_s is None
-        else structs.replace(step, duration_s=min(step.duration_s, SHORT * response))
-        for step in scenario.steps
-        if step.hold_s is None
-    )
-    rest = spec.rest
-    if rest is not None:
-        rest = structs.replace(rest, after_s=min(rest.after_s, AT_REST * response))
-    return structs.replace(scenario, steps=steps), structs.replace(
-        spec, rest=rest, limit_cycle=None
-    )

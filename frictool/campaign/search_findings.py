@@ -36,6 +36,23 @@ class Relaxation:
     limit: float
 
 
+@dataclass(frozen=True)
+class NarrowerRange:
+    """Range of one parameter with which a candidate passes every test.
+
+    - parameter: key of the parameter
+    - low, high: ends of the narrower range, in `unit`
+    - whole: ends of the range of the model, in `unit`
+    - unit: SI unit
+    """
+
+    parameter: str
+    low: float
+    high: float
+    whole: tuple[float, float]
+    unit: str
+
+
 @dataclass(frozen=True, eq=False)
 class SearchFindings:
     """Findings on the candidates of a search that found no design.
@@ -46,12 +63,16 @@ class SearchFindings:
     - places: key of each requirement that the best candidate misses in the whole test -> step and
       plant of the worst value
     - relaxations: requirements whose limit may be relaxed; one relaxation is enough
+    - examined: nearest candidates, with their results on all plants
+    - narrower: range of one parameter with which a candidate passes every test, or None
     """
 
     best: Candidate | None = None
     accepted: bool = False
     places: Mapping[str, str] = field(default_factory=dict)
     relaxations: tuple[Relaxation, ...] = ()
+    examined: tuple[Candidate, ...] = ()
+    narrower: NarrowerRange | None = None
 
 
 @dataclass(frozen=True)
@@ -75,9 +96,21 @@ class CandidateExamination:
         best = min(played, key=lambda one: one.largest_missing)
         if best.largest_missing <= 0.0:
             return SearchFindings(best, self._is_verified(best.design, self.test.spec))
-        return SearchFindings(
-            best, False, self._places(best), tuple(self._relaxations(best, candidates))
-        )
+        relaxations = tuple(self._relaxations(best, candidates))
+        return SearchFindings(best, False, self._places(best), relaxations, tuple(played))
+
+    def played(self, design: Design) -> tuple[bool, int]:
+        """Return True if a design passes every test and is verified, and the number of plants.
+
+        A test ends at the first plant that misses a requirement; the number counts the plants that
+        were simulated in all tests.
+        """
+        try:
+            runs = tuple(self._runs(design, missed, until=True))
+        except UNUSABLE:
+            return False, 0
+        passed = not missed(runs[-1]) and self._is_verified(design, self.test.spec)
+        return passed, sum(len(one.plants) for one in runs)
 
     def _on_all_plants(self, one: Candidate) -> Candidate | None:
         try:

@@ -223,7 +223,8 @@ def _designed(
     missing = [name for name in SLIDING if name not in known]
     unseen = f"; not identified, range of the bench: {', '.join(missing)}" if missing else ""
     left = narrowed_model(model) if narrow else model
-    refusal, steps = answer_of(left)
+    refusal, steps, narrower = answer_of(left)
+    first = f", first {narrower}," if narrower else ""
     if not refusal:
         test, advice = _validation(bench_for_test(bench, model))
         on = f" in {steps}" if steps else ""
@@ -232,13 +233,15 @@ def _designed(
     if not narrow and not answer_of(narrowed_model(model)).refusal:
         why = (
             "a controller exists for the identified intervals, but none for the ranges of the "
-            f"bench ({refusal}); give narrower intervals under `mechanics` of the bench, or give "
-            f"--narrow, unless the product needs these ranges{unseen}"
+            f"bench ({refusal}); give narrower intervals under `mechanics` of the bench{first} or "
+            f"give --narrow, unless the product needs these ranges{unseen}"
         )
         return PlanStep("ranges", why, None, reached, model, exit_code=EXIT_NO)
     if answer_of(exact_model(model)).refusal:
         why = f"no controller is found even for exact parameters: {refusal}{unseen}"
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
+    widest = f"; first narrow {narrower}" if narrower else ""
+    wide = f"no controller for such wide intervals ({refusal}){widest}"
     wanted = {
         one.parameter: FINER * one.share
         for one in reached
@@ -250,12 +253,9 @@ def _designed(
         finer = bench_for_test(bench, model)
         test = _compensated(rehearsed_strokes(finer, PrecisionRequest(wanted)), finer)
     except NoSolutionError as error:
-        why = (
-            f"no controller for such wide intervals ({refusal}); no test narrows them: {error}"
-            f"{unseen}"
-        )
+        why = f"{wide}; no test narrows them: {error}{unseen}"
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
-    why = f"no controller for such wide intervals ({refusal}); one exists for exact values{unseen}"
+    why = f"{wide}; one exists for exact values{unseen}"
     return PlanStep("finer", why, test, reached, model)
 
 

@@ -9,7 +9,7 @@ from frictool.campaign.automatic_design import design_automatically
 from frictool.campaign.played_design import design_test, untested_reason
 from frictool.campaign.shorter_steps import play_shorter_steps
 from frictool.campaign.views.played_view import shorter_text
-from frictool.campaign.views.search_view import refusal
+from frictool.campaign.views.search_view import narrower_words, refusal
 from frictool.documents.model import Model
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
@@ -21,10 +21,13 @@ class SearchAnswer(NamedTuple):
 
     - refusal: reason why no controller meets the specification; "" if one does
     - steps: steps in which the controller meets the specification, as text
+    - narrower: range of one parameter with which a candidate meets the specification, as text; ""
+      if none is known
     """
 
     refusal: str
     steps: str = ""
+    narrower: str = ""
 
 
 def search_answer(model: Model, spec: Spec, progress: Callable[[str], None]) -> SearchAnswer:
@@ -38,6 +41,6 @@ def search_answer(model: Model, spec: Spec, progress: Callable[[str], None]) -> 
     except FrictoolError as error:
         return SearchAnswer(str(error))
     if not found.passed:
-        return SearchAnswer(refusal(found))
+        return SearchAnswer(refusal(found), narrower=narrower_words(found))
     shorter = play_shorter_steps(test, CandidateControllers(model, spec)(found.design))
     return SearchAnswer("", test.steps + ("" if shorter is None else f"; {shorter_text(shorter)}"))

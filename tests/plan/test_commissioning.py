@@ -138,6 +138,26 @@ def test_ranges_of_the_bench_that_prevent_a_controller(logs: tuple[Log, Log]) ->
     assert next_step(BELT, logs, over_the_logs_only, narrow=True).enough
 
 
+def test_the_range_that_prevents_a_controller_is_named_first(logs: tuple[Log, Log]) -> None:
+    words = "breakaway: 1 to 2 N (range: 1 to 9 N)"
+    wide = SearchAnswer("too slow", narrower=words)
+
+    def narrower_only(model: Model) -> SearchAnswer:
+        low, high = model.bench.mechanics.coulomb.interval
+        return PASSED if high - low < 2.5 else wide
+
+    step = next_step(BELT, logs, narrower_only)
+    assert step.name == "ranges"
+    assert f"under `mechanics` of the bench, first {words}, or give --narrow" in step.why
+
+    def exact(model: Model) -> SearchAnswer:
+        return PASSED if exact_only(model) == PASSED else wide
+
+    step = next_step(BELT, logs, exact)
+    assert step.name == "finer"
+    assert f"such wide intervals (too slow); first narrow {words}; one exists" in step.why
+
+
 def exact_only(model: Model) -> SearchAnswer:
     low, high = model.parameters.coulomb.interval
     return PASSED if low == high else TOO_SLOW

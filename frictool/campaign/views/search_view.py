@@ -66,8 +66,8 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """Return lines with the details if no design was found.
 
     The lines state the number of candidates, the fastest response that the drive allows, and the
-    values of the best candidate. They also list limits of single requirements with which a
-    candidate passes every test.
+    values of the best candidate. They also list limits of single requirements, and a range of a
+    parameter, with which a candidate passes every test.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
@@ -84,12 +84,27 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     ]
     head = "relax one limit; with each of these values, a candidate passes every test:"
     none = "no candidate passes every test if only one limit is relaxed: relax several limits"
+    narrower = narrower_words(found)
+    ranges = ["narrow a range; with this range, a candidate passes every test:", f"  {narrower}"]
     return [
         *(f"searched: {one.family}, {_candidates(one)}" for one in found.outcomes),
         f"bound: {bound.words(bench)}",
         *best_lines(found, test),
-        *([head, *relaxed] if relaxed else [none]),
+        *([head, *relaxed] if relaxed else [] if narrower else [none]),
+        *(ranges if narrower else []),
     ]
+
+
+def narrower_words(found: AutomaticDesign) -> str:
+    """Return the range of a parameter with which a candidate passes every test, or ""."""
+    one = None if found.findings is None else found.findings.narrower
+    if one is None:
+        return ""
+    low, high = one.whole
+    return (
+        f"{one.parameter}: {one.low:.4g} to {one.high:.4g} {one.unit} "
+        f"(range: {low:.4g} to {high:.4g} {one.unit})"
+    )
 
 
 def interruption_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
@@ -115,6 +130,8 @@ def best_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
 
 def search_json(found: AutomaticDesign) -> dict[str, Any]:
     """Return the search as JSON values."""
+    findings = found.findings or SearchFindings()
+    narrower = findings.narrower
     return {
         "passed": found.passed,
         "reserve": RESERVE if found.outcomes[-1].with_reserve else 0.0,
@@ -134,6 +151,15 @@ def search_json(found: AutomaticDesign) -> dict[str, Any]:
             for one in reached(found)
         ],
         "refusals": [reason for one in found.outcomes for reason in one.refusals],
+        "narrower_range": None
+        if narrower is None
+        else {
+            "parameter": narrower.parameter,
+            "unit": narrower.unit,
+            "low": narrower.low,
+            "high": narrower.high,
+            "range": list(narrower.whole),
+        },
     }
 
 

@@ -1,0 +1,220 @@
+"""Narrower range of one parameter with which a candidate of a failed search passes every test.
+
+If a range prevents a design, candidates fail only with plants on one side of the nominal value. The
+cut is the value of the passing plant next to the failing ones. The range between the cut and the
+other end is reported only if a candidate then passes all tests, with new plants from this range,
+and is verified. Otherwise the cut is moved towards the nominal value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from msgspec import structs
+
+from frictool.adapters.parameter_intervals import breakaway_interval
+from frictool.campaign.played_design import DesignTest, design_test
+from frictool.campaign.search_findings import CandidateExamination, NarrowerRange, missed
+from frictool.campaign.search_tests import search_tests
+from frictool.documents.model import Model
+from frictool.documents.quantity import Estimate, Quantity
+from frictool.errors import FrictoolError
+from frictool.simulate.axis_variants import parameters_of
+from frictool.simulate.simulated_plant import VariedParameter
+from frictool.synth.search.candidate_controller import CandidateControllers
+from frictool.synth.search.played_search import Candidate, PlayedExtent
+from frictool.synth.search.played_tests import shortfalls
+
+Range = TypeVar("Range", bound=Quantity)
+
+NARROWED = ("inertia", "viscous", "coulomb", "breakaway", "constant")
+TRIED = 2  # parameters whose ranges are tried
+SEPARATED = 6  # nearest candidates that are tried for one parameter
+NOMINAL = 20  # nearest candidates that are simulated with the nominal plant first
+HALVINGS = 3  # largest number of times that the distance of a cut from the nominal value is halved
+MOST_PLANTS = 800  # plants simulated to confirm ranges, after which no further range is tried
+
+
+class _Cut(NamedTuple):
+    """Value of a parameter [SI] beyond which all failing plants of a candidate lie.
+
+    `share`: distance from the nominal value, relative to the distance of the range's end.
+    """
+
+    share: float
+    value: float
+    upper: bool
+    candidate: Candidate
+
+
+def narrower_range(test: DesignTest, candidates: Sequence[Candidate]) -> NarrowerRange | None:
+    """Return the range of one parameter with which a candidate passes every test, or None.
+
+    The parameter whose range separates the failing plants of the most candidates is tried first,
+    and the widest range of it.
+
+    Parameters
+    ----------
+    test : DesignTest
+        Test that no candidate passes, with the plants of the whole ranges.
+    candidates : sequence of Candidate
+        Candidates of the search, of which those that were simulated with most plants are used.
+    """
+    parameters = _parameters(test.model)
+    near = _nearest(candidates)
+    cuts = {
+        name: [cut for one in near for cut in _cuts(test, one, name, parameter)]
+        for name, parameter in parameters.items()
+    }
+    played = 0
+    for name in sorted(cuts, key=lambda name: -len(cuts[name]))[:TRIED]:
+        for cut in _tried(_usable(test, cuts[name]), parameters[name]):
+            if played >= MOST_PLANTS:
+                return None
+            found, plants = _confirmed(test, name, parameters[name], cut)
+            played += plants
+            if found is not None:
+                return found
+    return None
+
+
+def _parameters(model: Model) -> dict[str, VariedParameter]:
+    """Return the parameters with the model's values as nominal values, also between the ends."""
+    constant = model.bench.actuator.constant
+    return {
+        name: one._replace(nominal=getattr(model.parameters, name, constant).value)
+        for name, one in parameters_of(model).items()
+        if name in NARROWED
+    }
+
+
+def _cuts(
+    test: DesignTest, one: Candidate, name: str, parameter: VariedParameter
+) -> Iterator[_Cut]:
+    """Yield the cut of a candidate, if all its failing plants lie on one side of it.
+
+    If no plant between the nominal value and the failing plants passed, the cut is halfway.
+    """
+    passed = _passed(one)
+    values = np.array([test.plants[plant].get(name, parameter.nominal) for plant in passed])
+    failing = np.logical_not(list(passed.values()))
+    for upper, end in ((True, parameter.high), (False, parameter.low)):
+        width = end - parameter.nominal
+        if width == 0.0 or not failing.any():
+            continue
+        shares = (values - parameter.nominal) / width
+        least = float(shares[failing].min())
+        if least <= 0.0:
+            continue
+        share = float(shares[shares < least].max(initial=0.0)) or 0.5 * least
+        yield _Cut(share, parameter.nominal + share * width, upper, one)
+
+
+def _passed(one: Candidate) -> dict[int, bool]:
+    """Return True for each plant with which a candidate meets all requirements, by its index."""
+    passed: dict[int, bool] = {}
+    for runs in one.runs[:2]:  # the other tests have other plants
+        met = np.all(shortfalls(runs, 0.0) <= 0.0, axis=1)
+        for plant, each in zip(runs.plants, met, strict=True):
+            passed[plant] = passed.get(plant, True) and bool(each) and plant not in runs.failed
+    return passed
+
+
+def _nearest(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return distinct candidates, those with results on most plants and the least miss first."""
+    near = sorted(
+        (one for one in candidates if one.extent > PlayedExtent.NONE),
+        key=lambda one: (-one.plants, one.largest_missing),
+    )
+    first: dict[bytes, Candidate] = {}
+    for one in near:
+        first.setdefault(one.point.tobytes(), one)
+    return list(first.values())
+
+
+def _usable(test: DesignTest, cuts: Sequence[_Cut]) -> list[_Cut]:
+    """Return the cuts of the nearest candidates that pass with the nominal plant."""
+    controllers = CandidateControllers(test.model, test.spec)
+    usable: list[_Cut] = []
+    for cut in cuts[:NOMINAL]:
+        one = cut.candidate
+        passed = _passed(one).get(0)
+        if passed is None:
+            passed = not missed(test.judge(controllers(one.design), [0]))
+        if passed:
+            usable.append(cut)
+        if len(usable) == SEPARATED:
+            break
+    return usable
+
+
+def _tried(cuts: Sequence[_Cut], parameter: VariedParameter) -> list[_Cut]:
+    """Return cuts at decreasing distances from the nominal value, rounded to four digits."""
+    nearer = []
+    for cut in cuts:
+        for part in (0.5**number for number in range(HALVINGS + 1)):
+            value = parameter.nominal + part * (cut.value - parameter.nominal)
+            nearer.append(cut._replace(share=part * cut.share, value=float(f"{value:.4g}")))
+    return sorted(nearer, key=lambda cut: -cut.share)
+
+
+def _confirmed(
+    test: DesignTest, name: str, parameter: VariedParameter, cut: _Cut
+) -> tuple[NarrowerRange | None, int]:
+    """Return the range up to a cut if the candidate passes with it, and the simulated plants."""
+    ends = (parameter.low, cut.value) if cut.upper else (cut.value, parameter.high)
+    if not ends[0] <= parameter.nominal <= ends[1]:
+        return None, 0  # the value was rounded past the nominal one
+    model = narrowed(test.model, name, ends)
+    reached = parameters_of(model)[name]
+    if not np.allclose((reached.low, reached.high), ends, rtol=1e-9, atol=0.0):
+        return None, 0  # another parameter or direction determines the range
+    try:
+        narrow = design_test(model, test.spec, test.scenario)
+    except FrictoolError:  # a value at the cut is outside the allowed range of the model
+        return None, 0
+    controllers = CandidateControllers(model, test.spec)
+    examination = CandidateExamination(narrow, search_tests(narrow), controllers)
+    passed, plants = examination.played(cut.candidate.design)
+    if not passed:
+        return None, plants
+    whole = parameter.low, parameter.high
+    return NarrowerRange(name, *ends, whole, parameter.unit), plants
+
+
+def narrowed(model: Model, name: str, ends: tuple[float, float]) -> Model:
+    """Return the model with a narrower range of one parameter, over the product's life and today.
+
+    A breakaway that has the model's ratio to the Coulomb friction keeps this ratio.
+    """
+    bench, today = model.bench, model.parameters
+    if name == "constant":
+        actuator = structs.replace(bench.actuator, constant=_within(bench.actuator.constant, ends))
+        return structs.replace(model, bench=structs.replace(bench, actuator=actuator))
+    estimate: Estimate = getattr(today, name)
+    lifelong = getattr(bench.mechanics, name) or Quantity(estimate.value, *ends, unit=estimate.unit)
+    changed: dict[str, Estimate] = {name: _within(estimate, ends)}
+    if name == "coulomb" and breakaway_interval(model) is None:
+        changed["breakaway"] = _in_proportion(today.breakaway, estimate, changed[name])
+    mechanics = structs.replace(bench.mechanics, **{name: _within(lifelong, ends)})
+    return structs.replace(
+        model,
+        bench=structs.replace(bench, mechanics=mechanics),
+        parameters=structs.replace(today, **changed),
+    )
+
+
+def _within(one: Range, ends: tuple[float, float]) -> Range:
+    value, low, high = (min(max(end, ends[0]), ends[1]) for end in (one.value, *one.interval))
+    return structs.replace(one, value=value, low=low, high=high)
+
+
+def _in_proportion(one: Estimate, before: Estimate, after: Estimate) -> Estimate:
+    """Return an interval with its ends multiplied as those of another estimate were."""
+    low, high = (
+        end * new / old if old > 0.0 else end
+        for end, old, new in zip(one.interval, before.interval, after.interval, strict=True)
+    )
+    return structs.replace(one, low=min(low, one.value), high=max(high, one.value))

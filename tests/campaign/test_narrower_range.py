@@ -1,0 +1,178 @@
+"""A failed search names the range that prevents a design, if a candidate passes without it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from msgspec import structs
+
+from frictool.adapters.parameter_intervals import breakaway_ratio
+from frictool.campaign import automatic_design
+from frictool.campaign.automatic_design import AutomaticDesign, design_automatically
+from frictool.campaign.narrower_range import narrowed
+from frictool.campaign.played_design import DesignTest, design_test
+from frictool.campaign.views.search_view import narrower_words, refusal_lines, search_json
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model, Parameters
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Estimate
+from frictool.documents.spec import Spec
+from frictool.simulate.axis_variants import parameters_of
+from frictool.synth.search.pi_cascade import PI_CASCADE
+
+RANGES = {  # low, value, high [SI]
+    "inertia": (0.018, 0.02, 0.022),
+    "viscous": (0.04, 0.05, 0.06),
+    "coulomb": (1.35, 1.5, 1.65),
+    "breakaway": (1.4, 1.7, 7.0),
+}
+UNITS = {
+    "inertia": "kg m^2",
+    "viscous": "N m s/rad",
+    "coulomb": "N m",
+    "breakaway": "N m",
+    "offset": "N m",
+}
+CANDIDATES = 60
+
+
+def turntable(**others: tuple[float, float, float]) -> Model:
+    """Return a turntable with a coarse encoder; `others` replace RANGES."""
+    ranges = {**RANGES, **others}
+    mechanics = {
+        name: {"low": low, "value": value, "high": high, "unit": UNITS[name]}
+        for name, (low, value, high) in ranges.items()
+    }
+    bench = {
+        "format": "bench/1",
+        "name": "turntable",
+        "axis": "rotary",
+        "sample_period_s": 0.004,
+        "delay_samples": 1,
+        "encoder": {"step": {"value": 0.004, "unit": "rad"}},
+        "actuator": {
+            "drive": "current",
+            "constant": {"low": 0.78, "value": 0.8, "high": 0.82, "unit": "N m/A"},
+            "limit": {"value": 12, "unit": "A"},
+        },
+        "mechanics": {
+            **mechanics,
+            "travel": {"low": 0.0, "high": 6.0, "unit": "rad"},
+            "top_speed": {"value": 15, "unit": "rad/s"},
+        },
+        "columns": {"time": {"column": "time", "unit": "s"}},
+    }
+    estimates = {
+        name: Estimate(low=low, value=value, high=high, unit=UNITS[name], source="bench")
+        for name, (low, value, high) in {**ranges, "offset": (0.0, 0.0, 0.0)}.items()
+    }
+    return Model(
+        format="model/1",
+        name="turntable",
+        axis="rotary",
+        law="coulomb",
+        method="bench",
+        confidence=0.95,
+        bench=msgspec.convert(bench, Bench),
+        parameters=Parameters(**estimates),
+        provenance=Provenance("a test", "0"),
+    )
+
+
+def specified(response_s: float, overshoot: float, error: float) -> Spec:
+    spec = {
+        "format": "spec/1",
+        "name": "turntable",
+        "axis": "rotary",
+        "drive": "current",
+        "response_time_95_s": response_s,
+        "overshoot_percent": overshoot,
+        "static_error": {"value": error, "unit": "rad"},
+        "modulus_margin": 0.5,
+    }
+    return msgspec.convert(spec, Spec)
+
+
+POSSIBLE, IMPOSSIBLE = specified(0.4, 5.0, 0.006), specified(0.25, 0.1, 0.0045)
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Search only one family with few candidates."""
+    families = (replace(PI_CASCADE, candidates=CANDIDATES),)
+    monkeypatch.setattr(automatic_design, "FAMILIES", families)
+
+
+def searched(model: Model, spec: Spec) -> tuple[AutomaticDesign, DesignTest]:
+    test = design_test(model, spec)
+    return design_automatically(test), test
+
+
+@pytest.mark.usefixtures("few")
+def test_a_breakaway_whose_range_prevents_a_design_is_named_with_a_range_that_allows_one() -> None:
+    found, test = searched(turntable(), POSSIBLE)
+    assert not found.passed
+    assert found.findings is not None
+    narrower = found.findings.narrower
+    assert narrower is not None
+    low, value, high = RANGES["breakaway"]
+    assert (narrower.parameter, narrower.low, narrower.unit) == ("breakaway", low, "N m")
+    assert narrower.whole == (low, high)
+    assert value < narrower.high < high
+    lines = refusal_lines(found, test)
+    assert lines[-2] == "narrow a range; with this range, a candidate passes every test:"
+    assert lines[-1] == f"  breakaway: 1.4 to {narrower.high:.4g} N m (range: 1.4 to 7 N m)"
+    assert not any("relax several limits" in line for line in lines)
+    assert search_json(found)["narrower_range"] == {
+        "parameter": "breakaway",
+        "unit": "N m",
+        "low": 1.4,
+        "high": narrower.high,
+        "range": [1.4, 7.0],
+    }
+    # a search on an axis with this range finds a design
+    assert searched(turntable(breakaway=(low, value, narrower.high)), POSSIBLE)[0].passed
+
+
+@pytest.mark.usefixtures("few")
+@pytest.mark.parametrize("highest", [2.2, 7.0])
+def test_no_range_is_named_if_the_nominal_plant_cannot_meet_the_specification(
+    highest: float,
+) -> None:
+    model = turntable(breakaway=(1.4, 1.7, highest))
+    found, test = searched(model, IMPOSSIBLE)
+    assert not found.passed
+    assert narrower_words(found) == ""
+    assert search_json(found)["narrower_range"] is None
+    assert not any("narrow a range" in line for line in refusal_lines(found, test))
+
+
+def test_all_plants_of_a_narrowed_model_lie_in_the_narrower_range() -> None:
+    for name, ends in {
+        "inertia": (0.018, 0.021),
+        "viscous": (0.045, 0.06),
+        "coulomb": (1.35, 1.6),
+        "constant": (0.79, 0.82),
+        "breakaway": (1.4, 2.5),
+    }.items():
+        test = design_test(narrowed(turntable(), name, ends), POSSIBLE)
+        values = [plant[name] for plant in test.plants if name in plant]
+        assert len(values) > 40
+        assert ends[0] <= min(values) < max(values) <= ends[1]
+
+
+def test_a_breakaway_without_a_range_keeps_its_ratio_to_a_narrowed_coulomb_friction() -> None:
+    model = turntable(coulomb=(1.0, 1.5, 2.0))
+    mechanics = structs.replace(model.bench.mechanics, breakaway=None)
+    breakaway = Estimate(low=1.0, value=1.65, high=3.0, unit="N m", source="assumed")
+    model = structs.replace(
+        model,
+        bench=structs.replace(model.bench, mechanics=mechanics),
+        parameters=structs.replace(model.parameters, breakaway=breakaway),
+    )
+    narrow = narrowed(model, "coulomb", (1.0, 1.6))
+    assert (parameters_of(narrow)["coulomb"].low, parameters_of(narrow)["coulomb"].high) == (1, 1.6)
+    np.testing.assert_allclose(breakaway_ratio(narrow), breakaway_ratio(model))
