@@ -27,6 +27,10 @@ The force error is defined as in identify: the effort that the model lacks along
 motion, at samples in slip and in the frequency band of the motion. The effort error of a closed
 loop is the measured minus the simulated effort. A relative error is the norm of the error divided
 by the norm of the measured signal.
+
+The last line says whether the model reproduces the log: the force error is at most 20 %, plus what
+encoder noise and the model's intervals explain. A servo is judged by its position error relative to
+the distance from the goal. The exit code is 1 if the answer is no or undecided.
 """
 positive = FiniteRange(0.0, min_open=True)
 
@@ -61,7 +65,9 @@ positive = FiniteRange(0.0, min_open=True)
     help="Write a page with errors, measured and simulated signals (HTML); - is stdout.",
 )
 @json_option
+@click.pass_context
 def command(
+    ctx: click.Context,
     model: Path,
     log: Path,
     position_gain: float | None,
@@ -79,6 +85,7 @@ def command(
     check_targets({"--plot": plot, "--page": page}, [model, log])
     from frictool.documents.model import Model
     from frictool.documents.registry import load
+    from frictool.errors import EXIT_NO
     from frictool.identify.validate.validation import ValidationRequest, validate
     from frictool.logs.channels.bench_match import match_bench
     from frictool.logs.formats import refuse_swapped
@@ -92,6 +99,9 @@ def command(
     servo = gains.servo(document.bench) if closed else None
     request = ValidationRequest(skip, cutoff_hz, servo, moving)
     validation = validate(document, measured, request)
+    doubt = validation.judgement.warning
+    if doubt is not None:
+        note(f"warning: {log.name}: {doubt}")
     if plot is not None or page is not None:
         from frictool.identify.validate.figures import picture, validation_panels
 
@@ -114,10 +124,13 @@ def command(
             }
             provenance = provenance_of_command(command_line("validate", shown), [model, log])
             title = f"{document.name}: model and {log.name}"
-            text = validation_page(validation, panels, title, measured.warnings, provenance)
+            warnings = (*measured.warnings, *([doubt] if doubt else []))
+            text = validation_page(validation, panels, title, warnings, provenance)
             save_text(page, text, [model, log])
     written = next((one for one in (plot, page) if one == STDOUT), None)
     if as_json:
         print_json("validate/1", validation.as_json(), written)
     else:
         say("\n".join(validation.lines()), written)
+    if not validation.judgement.holds:
+        ctx.exit(EXIT_NO)

@@ -122,6 +122,89 @@ def test_a_wrong_model_does_not_and_each_error_says_so(tmp_path: Path) -> None:
         assert wrong[name] > 3.0 * right[name]
 
 
+def judged(model: Path, measured: Path) -> tuple[bool | None, float, str]:
+    """Return the answer of `validate`, the limit of the error, and the warnings."""
+    result = run("validate", model, measured, "--json")
+    found = json.loads(result.stdout)
+    assert result.code == (0 if found["reproduces"] else 1)
+    assert bool(found["warnings"]) == (not found["reproduces"])
+    assert all(one in result.stderr for one in found["warnings"])
+    return found["reproduces"], found["judged_error_limit_rel"], " ".join(found["warnings"])
+
+
+STROKES = ((0.7, 0.1), (1.6, 0.03), (21.0, 3e-4))  # sines of a motion: Hz, m
+
+
+def two_bodies(
+    folder: Path,
+    seed: int,
+    resonance: float = np.inf,
+    motion: tuple[tuple[float, float], ...] = STROKES,
+    step: float = 1e-6,
+) -> Path:
+    """Write the log of two bodies of 1 kg and a spring with a free resonance [Hz]; inf is rigid.
+
+    The encoder with a `step` [m] is at the load, the friction at the motor.
+    """
+    draw = np.random.default_rng(seed)
+    time = np.arange(6000) * PERIOD
+    load = np.zeros((5, time.size))  # position of the load and its derivatives
+    for hertz, size in motion:
+        rate, phase = 2.0 * np.pi * hertz, draw.uniform(0.0, 2.0 * np.pi)
+        for order in range(5):
+            load[order] += size * rate**order * np.sin(rate * time + phase + order * np.pi / 2.0)
+    motor = load[:3] + 2.0 * load[2:] / (2.0 * np.pi * resonance) ** 2
+    effort = AXIS.inertia * (load[2] + motor[2]) / 2.0 + AXIS.offset
+    effort += AXIS.viscous * motor[1] + AXIS.coulomb * np.sign(motor[1])
+    effort += 0.1 * draw.standard_normal(time.size)
+    counts = np.floor(load[0] / step + draw.random()) * step
+    rows = np.column_stack([time, counts, np.zeros(time.size), effort / CONSTANT])
+    path = folder / f"bodies_{seed}.csv"
+    np.savetxt(path, rows, delimiter=",", header="time,x,wanted,i", comments="", fmt="%.12g")
+    return path
+
+
+def test_a_resonance_contradicts_a_rigid_model(tmp_path: Path) -> None:
+    for seed in range(5):
+        assert judged(model(tmp_path), two_bodies(tmp_path, seed))[0] is True
+        holds, limit, words = judged(model(tmp_path), two_bodies(tmp_path, seed, resonance=28.0))
+        assert (holds, limit) == (False, pytest.approx(0.2, abs=0.02))
+        assert "contradicts the model" in words
+
+
+def test_noise_of_the_encoder_is_no_error_of_the_model(tmp_path: Path) -> None:
+    """Strokes of 31 samples and 16 counts are too short to smooth the acceleration."""
+    for seed in range(5):
+        measured = two_bodies(tmp_path, seed, motion=((16.0, 8e-4),), step=1e-4)
+        found = figures(model(tmp_path), measured)
+        assert found["force_error_rel"] > 0.2
+        assert found["judged_error_limit_rel"] > 0.3
+
+
+def test_intervals_allow_for_their_width(tmp_path: Path) -> None:
+    """An inertia of 4 instead of 2 kg is wrong, unless its interval contains 2 kg."""
+    wrong, measured = model(tmp_path, 4.0), two_bodies(tmp_path, 1)
+    assert judged(wrong, measured)[0] is False
+    text = wrong.read_text().replace("{value: 4.0,", "{value: 4.0, low: 1.5, high: 5.0,")
+    wrong.write_text(text)
+    assert judged(wrong, measured)[0] is True
+
+
+def test_ramps_decide_nothing(tmp_path: Path) -> None:
+    """Ramps of a current up to the breakaway move the axis for a moment only."""
+    pulse = np.concatenate([np.linspace(0.0, 0.3, 1500), np.zeros(700)])
+    current = np.concatenate([side * pulse for side in (1, -1) * 5])
+    x, v = np.empty((2, current.size))
+    p = replay_parameters(AXIS)
+    assert replay(p, np.empty(0), rest(), CONSTANT * current, x, FREE, PERIOD, x, v) == 0
+    rows = np.column_stack([np.arange(x.size) * PERIOD, x, 0.0 * x, current])
+    path = tmp_path / "ramps.csv"
+    np.savetxt(path, rows, delimiter=",", header="time,x,wanted,i", comments="", fmt="%.12g")
+    holds, _, words = judged(model(tmp_path, 20.0), path)
+    assert holds is None
+    assert "ramps show too little sliding; validate on strokes or steps" in words
+
+
 def test_with_the_gains_the_reference_drives_the_model(tmp_path: Path) -> None:
     found = figures(
         model(tmp_path),

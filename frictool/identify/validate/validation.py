@@ -38,10 +38,11 @@ from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
 from frictool.identify.estimators.servo_simulation import ZERO, servo_quantities, simulated_position
 from frictool.identify.fit_result import CURVE, PARAMETERS
-from frictool.identify.force_error import slip_rows
+from frictool.identify.force_error import SlipRows, slip_rows
 from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.identify.rows.load_terms import load_values
 from frictool.identify.rows.segments import RecordSegment, whole
+from frictool.identify.validate.judgement import Judgement, judged_force, judged_positions
 from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
 from frictool.plant.axis import VELOCITY
@@ -92,6 +93,7 @@ class Validation(ResultView):
     - position_rmse: rms position error, rad | m
     - largest: largest position error, rad | m
     - errors: relative error of each signal, by name; None if undefined
+    - judgement: whether the model reproduces the log
     - reference: reference of a closed loop, (n,), rad | m, or None
     """
 
@@ -104,10 +106,11 @@ class Validation(ResultView):
     position_rmse: float
     largest: float
     errors: dict[str, float | None]
+    judgement: Judgement
     reference: Vector | None = None
 
     def as_json(self) -> dict[str, Any]:
-        """Return loop, number of samples and errors as a JSON object."""
+        """Return loop, number of samples, errors and judgement as a JSON object."""
         unit = si_unit("position", self.axis)
         return {
             "loop": self.loop,
@@ -116,10 +119,14 @@ class Validation(ResultView):
             f"position_rmse_{unit}": self.position_rmse,
             f"position_error_largest_{unit}": self.largest,
             **{f"{name}_error_rel": error for name, error in self.errors.items()},
+            "judged_error_rel": self.judgement.error,
+            "judged_error_limit_rel": self.judgement.limit,
+            "reproduces": self.judgement.holds,
+            "warnings": [] if self.judgement.warning is None else [self.judgement.warning],
         }
 
     def lines(self) -> list[str]:
-        """Return loop, number of samples and errors as lines of text."""
+        """Return loop, number of samples, errors and judgement as lines of text."""
         unit = si_unit("position", self.axis)
         how = {
             OPEN: "the measured effort drives the model",
@@ -132,6 +139,7 @@ class Validation(ResultView):
             f"position error   {self.position_rmse:.4g} {unit} rms, {self.largest:.4g} {unit} "
             "at most",
             *(f"{name:<16} {_shown(error)}" for name, error in self.errors.items()),
+            self.judgement.line,
         ]
 
 
@@ -178,7 +186,8 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
     _check(record, request)
     pieces = _pieces(record, skip)
     cutoff = min(request.cutoff_hz, HIGHEST_CUTOFF / record.period)
-    force = _force(model, record)
+    rows = slip_rows(record, model.bench)
+    force = _force(model, record, rows)
     runs = [
         _run(model, piece, request, cutoff)
         | {"force": (force[0][piece.first : piece.last], force[1][piece.first : piece.last])}
@@ -188,7 +197,13 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
         name: tuple(np.concatenate([run[name][side][skip:] for run in runs]) for side in (0, 1))
         for name in runs[0]
     }
-    return _compared(model.axis, request, signals, pieces)
+    goal = _reference(pieces, skip)
+    if record.servo is None or goal is None:
+        error = _relative(*signals["force"])
+        judgement = judged_force(model, parameter_values(model), record, rows, error)
+    else:
+        judgement = judged_positions(record, goal, *signals["position"])
+    return _compared(model.axis, request, signals, pieces, judgement)
 
 
 def _check(record: MotionRecord, request: ValidationRequest) -> None:
@@ -232,11 +247,11 @@ def _compared(
     request: ValidationRequest,
     signals: dict[str, tuple[Vector, ...]],
     pieces: list[RecordSegment],
+    judgement: Judgement,
 ) -> Validation:
     skip, closed = request.skip, request.servo is not None
     gap = signals["position"][0] - signals["position"][1]
     loop = SERVO if pieces[0].record.servo is not None else CLOSED if closed else OPEN
-    references = [piece.reference[skip:] for piece in pieces if piece.reference is not None]
     return Validation(
         axis,
         loop,
@@ -247,8 +262,14 @@ def _compared(
         float(np.sqrt(np.mean(gap**2))),
         float(np.max(np.abs(gap))),
         {name: _relative(pair[0], pair[1]) for name, pair in signals.items()},
-        np.concatenate(references) if loop != OPEN else None,
+        judgement,
+        _reference(pieces, skip) if loop != OPEN else None,
     )
+
+
+def _reference(pieces: list[RecordSegment], skip: int) -> Vector | None:
+    references = [piece.reference[skip:] for piece in pieces if piece.reference is not None]
+    return np.concatenate(references) if references else None
 
 
 def _relative(measured: Vector, simulated: Vector) -> float | None:
@@ -266,9 +287,8 @@ def parameter_values(model: Model) -> dict[str, float]:
     }
 
 
-def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
+def _force(model: Model, record: MotionRecord, rows: SlipRows | None) -> tuple[Vector, Vector]:
     measured, modelled = np.full((2, record.position.size), np.nan)
-    rows = slip_rows(record, model.bench)
     if rows is not None:
         values = parameter_values(model)
         measured[rows.index] = rows.effort
