@@ -235,6 +235,8 @@ def _export_controller(
     result = export(document, lang, number, ExportOrigin(digest(controller), words), report)
     save_folder(output, result.files, [controller], overwrite=True)
     note_changes(controller, document)
+    if result.warning:
+        note(f"warning: {controller}: {result.warning}")
     if lang == "c" and output != STDOUT:
         _warn_of_others(output, result.files)
     if as_json:

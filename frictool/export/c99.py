@@ -27,6 +27,7 @@ from frictool.export.c_identifier import c_identifier, comment_text
 from frictool.export.c_names import CNames, NamedArray
 from frictool.export.c_real_numbers import RealNumbers
 from frictool.export.c_statements import INDENT, NumberWriter, c_statements, operand, wrap_statement
+from frictool.export.encoder_wrap import wrap_context
 from frictool.export.export_origin import ExportOrigin
 from frictool.export.golden_vectors import GoldenVectors
 from frictool.export.mode_coverage import visit_conditions
@@ -73,8 +74,13 @@ def c_sources(
     """
     numbers = FixedNumbers(fixed_program(program)) if number == "q31" else RealNumbers(number)
     names = CNames(program)
+    wrap = wrap_context(controller, numbers, program.inputs["position"].index)
+    used = "" if wrap is None else f"{wrap['shown']} {wrap['turned']}"
     context = (
-        _about(controller, origin) | _code(names, numbers) | _vectors(program, vectors, numbers)
+        _about(controller, origin)
+        | _code(names, numbers, used)
+        | _vectors(program, vectors, numbers)
+        | {"wrap": wrap}
     )
     context |= _format(controller, names, numbers) | {"number": number, "loop": loop}
     environment = _environment()
@@ -114,7 +120,8 @@ def _about(controller: Controller, origin: ExportOrigin) -> dict[str, Any]:
     }
 
 
-def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
+def _code(names: CNames, numbers: NumberWriter, more: str) -> dict[str, Any]:
+    """Return the parts of NAME.c; `more`: other C expressions, which may call helpers."""
     program = names.program
     assert program.output is not None
     guard = program.guard
@@ -132,7 +139,10 @@ def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
         for node in program.constant_states
     ]
     text = "\n".join(
-        [*body, *starts, *writes, *(stored for _, stored in setters), numbers.valid("position")]
+        [
+            *(*body, *starts, *writes, *(stored for _, stored in setters)),
+            *(numbers.valid("position"), more),
+        ]
     )
     helpers = [helper for helper in HELPERS if f"{helper}(" in text]
     return {

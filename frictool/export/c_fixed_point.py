@@ -90,7 +90,7 @@ class FixedNumbers:
         return (
             position
             if shift == 0 and self._range(state) == self._range(source)
-            else self._bounded(state, _moved(position, shift))
+            else self._bounded(state, moved(position, shift))
         )
 
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
@@ -105,7 +105,7 @@ class FixedNumbers:
             and source.index not in self.scaled.program.names
         ):
             return _integer(shift_rounded(self.scaled.constants[source.index], shift))
-        return self._bounded(state, _moved(text, shift))
+        return self._bounded(state, moved(text, shift))
 
     def _range(self, node: ProgramNode) -> tuple[int, int]:
         return self.scaled.words[node.index]
@@ -128,7 +128,7 @@ class FixedNumbers:
                 half = len(of) // 2
                 shifts = self.scaled.term_shifts[node.index]
                 terms = [
-                    _moved(f"{_long(c)} * {x}", n)
+                    moved(f"{_long(c)} * {x}", n)
                     for c, x, n in zip(of[:half], of[half:], shifts, strict=True)
                 ]
                 return _word(" + ".join(terms), s)
@@ -150,7 +150,7 @@ class FixedNumbers:
             case "neg":
                 return f"-{of[0]}"
             case "sqrt":
-                return f"whole_root({_moved(of[0], -s)})"
+                return f"whole_root({moved(of[0], -s)})"
             case "not":
                 return f"!{of[0]}"
             case "valid":
@@ -165,7 +165,7 @@ class FixedNumbers:
         """
         if node.op == "constant" and node.index not in self.scaled.program.names:
             return _integer(shift_rounded(self.scaled.constants[node.index], shift))
-        return (_word if word and shift else _moved)(text, shift)
+        return (_word if word and shift else moved)(text, shift)
 
     def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
         """Return `text`, the C expression of `node`, as an operand, in brackets if necessary.
@@ -205,7 +205,8 @@ def _long(text: str) -> str:
     return text if text.startswith(("shifted(", "raised(")) else f"(int64_t){text}"
 
 
-def _moved(text: str, shift: int) -> str:
+def moved(text: str, shift: int) -> str:
+    """Return a C expression for the integer `text` times 2^-shift, rounded to nearest."""
     return (
         text
         if shift == 0

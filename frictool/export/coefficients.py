@@ -19,6 +19,7 @@ from frictool.documents.observer import Observer
 from frictool.documents.quantity import si_unit
 from frictool.export.c_identifier import c_identifier
 from frictool.export.c_names import CNames, NamedArray
+from frictool.export.encoder_wrap import encoder_wrap
 from frictool.export.export_origin import ExportOrigin
 from frictool.export.rounded_loop import RoundedLoop
 from frictool.logs.arrays.mat_writer import Value, pieces
@@ -69,7 +70,7 @@ def json_files(
         "number": number,
         "sha256": origin.sha256,
         "provenance": {"command": origin.command, "frictool": __version__},
-        "conventions": CONVENTIONS | {"e": _entering(controller)},
+        "conventions": _conventions(controller) | {"e": _entering(controller)},
         "axis": controller.axis,
         "structure": controller.structure,
         "drive": controller.drive,
@@ -101,6 +102,11 @@ def json_files(
         )
         + "\n"
     }
+
+
+def _conventions(controller: Controller) -> dict[str, str]:
+    wrap = encoder_wrap(controller)
+    return CONVENTIONS if wrap is None else CONVENTIONS | {"wraps": wrap.requirement}
 
 
 def _whole(block: Any) -> Any:
@@ -221,7 +227,7 @@ def matlab_files(
             "position": si_unit("position", controller.axis),
             "drive": si_unit(controller.drive, controller.axis),
         },
-        "conventions": CONVENTIONS,
+        "conventions": _conventions(controller),
         "notes": {
             "sha256": origin.sha256,
             "command": origin.command,

@@ -19,6 +19,7 @@ from frictool.export.c_identifier import c_identifier
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
 from frictool.export.coefficients import json_files, matlab_files
 from frictool.export.controller_fmu import controller_fmu
+from frictool.export.encoder_wrap import encoder_wrap
 from frictool.export.export_origin import ExportOrigin
 from frictool.export.golden_vectors import GoldenVectors, golden_vectors
 from frictool.export.languages import CONTROLLER_LANGUAGES
@@ -42,6 +43,7 @@ class ExportResult(ResultView):
     - `files`: name -> content
     - `vectors`: golden vectors; None if the language has none
     - `more`: additional lines for the text output
+    - `warning`: warning about the wraps of the encoder; empty if there is none
     - `target`: code size and instruction count on the processor that the key `target` of bench.yaml
       names; None if the bench has no such key and no figures were requested
     """
@@ -54,6 +56,7 @@ class ExportResult(ResultView):
     loop: RoundedLoop
     vectors: GoldenVectors | None = None
     more: tuple[str, ...] = ()
+    warning: str = ""
     target: TargetFigures | None = None
 
     def summary(self) -> dict[str, Any]:
@@ -182,6 +185,12 @@ def export_controller(
         raise NoSolutionError(
             f"{controller.name}: {number} cannot be scaled: {error}; {_remedy(controller, error)}"
         ) from None
+    if (wrap := encoder_wrap(controller)) is not None:
+        called = c_identifier(controller.name)
+        remedy = f"; {called}_unwrap in {called}.h removes the wraps" if language == "c" else ""
+        result = replace(
+            result, more=(*result.more, wrap.requirement + remedy), warning=wrap.warning
+        )
     has_target = controller.bench.target is not None
     return _measured(result) if language == "c" and (report or has_target) else result
 
