@@ -121,6 +121,44 @@ def test_an_eccentric_encoder_is_not_gravity(scale: float) -> None:
             assert any("eccentric" in " ".join((one.what, *one.rivals)) for one in fit.explanations)
 
 
+def swinging(seed: int, cycles: int) -> tuple[Loaded, dict[str, float]]:
+    """Return an axis that swings over 200 deg with gravity and a ripple, and the true loads."""
+    draw = np.random.default_rng([seed, 5])
+    time = np.arange(30_000) * 1e-3
+    x = np.zeros(time.size)
+    for amplitude, f in ((1.0, 0.31), (0.5, 0.57), (0.25, 1.1)):
+        x += amplitude * np.sin(2.0 * np.pi * f * time + draw.uniform(0.0, 6.0))
+    v: Vector = np.gradient(x, time)
+    truth = {name: draw.uniform(0.5, 2.0) * draw.choice((-1.0, 1.0)) for name in "abcd"}
+    effort: Vector = 5.0 * np.gradient(v, time) + 12.0 * v + 8.0 * np.sign(v)
+    effort += truth["a"] * np.sin(x) + truth["b"] * np.cos(x)
+    effort += 0.4 * (truth["c"] * np.sin(cycles * x) + truth["d"] * np.cos(cycles * x))
+    effort += 0.05 * draw.standard_normal(time.size)
+    log = make_record("log", time, np.floor(x / COUNT) * COUNT, effort, COUNT, 0.0)
+    return Loaded({}, log, rotary_bench(None)), truth
+
+
+@pytest.mark.parametrize("cycles", [2, 3])
+def test_a_ripple_of_about_one_period_in_the_travel_is_not_a_spring(cycles: int) -> None:
+    """Without this ripple, a spring and a shorter ripple take its place, and gravity is wrong."""
+    held = []
+    for seed in range(6):
+        axis, truth = swinging(seed, cycles)
+        fit = run("auto", [axis.record], axis.bench, USUAL)
+        assert claims(fit) == {"gravity", "ripple"}
+        assert fit.laws is not None
+        assert fit.laws.load is not None
+        ripple = fit.laws.load.ripple
+        assert ripple is not None
+        assert ripple.cycles == cycles
+        gravity = fit.laws.load.gravity
+        assert gravity is not None
+        for found, true in ((gravity.sine, truth["a"]), (gravity.cosine, truth["b"])):
+            low, high = found.interval
+            held.append(low <= true <= high)
+    assert sum(held) >= 10
+
+
 def test_late_effort_is_a_delay() -> None:
     axis = loaded_axis(3, "", known=False)
     late = replace(axis.record, effort=np.roll(axis.record.effort, 8))

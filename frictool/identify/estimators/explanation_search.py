@@ -5,7 +5,8 @@ search for `auto` adds one hypothesis at a time to inertia, viscous friction, Co
 offset. The hypotheses are:
 
 - loads: a spring; on a rotary axis, gravity; harmonics of a ripple over the position, with wave
-  numbers from the spectrum of the residual over the position (`position_spectrum`)
+  numbers from the spectrum of the residual over the position or, for few periods, from repeated
+  fits (`position_spectrum`)
 - effects that only disturb the fit (`rows/effects.py`), such as an offset that drifts
 - viscous friction that differs by direction; the search compares it with the other hypotheses but
   does not add it, because `structure_selection` decides on it
@@ -14,10 +15,10 @@ A fit to one half of the strokes predicts the effort of the other half. The hypo
 smallest prediction error is used if it passes two tests: the squared prediction errors decrease
 significantly and noticeably, and the parameters of the hypothesis differ significantly from 0
 (`joint_test`). A load is rejected if an effect predicts the strokes equally well, or if the load no
-longer explains effort with smoothing windows of twice the length. At the end, a hypothesis other
-than a ripple is removed again if the prediction errors increase little without the hypothesis, or
-if a parameter that cannot be negative, such as friction proportional to the inertial load, has
-become negative.
+longer explains effort with smoothing windows of twice the length. A load that noise hides is used
+if it passes both tests with these windows. At the end, a hypothesis is removed again if the
+prediction errors increase little without the hypothesis, or if a parameter that cannot be negative,
+such as friction proportional to the inertial load, has become negative.
 
 Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify_effects.md states further conditions and the significance levels.
@@ -42,7 +43,12 @@ from frictool.identify.estimators.load_hypotheses import (
     harmonic,
     wave_numbers,
 )
-from frictool.identify.estimators.position_spectrum import SpectrumPeak, highest_peak, snapped
+from frictool.identify.estimators.position_spectrum import (
+    SpectrumPeak,
+    best_whole_number,
+    highest_peak,
+    snapped,
+)
 from frictool.identify.fit_result import SLIDING, Explanation, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
@@ -91,6 +97,8 @@ NOISY = 2.0 * SMALLEST_SHARE  # share of noise above which the acceleration coun
 DELAY = "delay"
 LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried with noisy acceleration
 SMOOTHER = 2.0  # factor on the smoothing windows of the second test of a load
+# least rms effort of a load that only longer windows show, relative to the Coulomb friction
+SMALLEST_LOAD = 0.01
 EQUAL = 1.1  # largest ratio of the squared errors of two hypotheses that predict equally well
 
 
@@ -284,17 +292,35 @@ class ExplanationSearch:
             return None
         if self.rotary:
             peak = replace(peak, number=snapped(peak))
-        term = RIPPLES[len(waves)]
+        return self._harmonic(waves, peak.number), peak
+
+    def long_ripple(
+        self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
+    ) -> tuple[Hypothesis, SpectrumPeak] | None:
+        """Return the ripple of few periods that reduces the residual most, and its peak.
+
+        On a rotary axis, a ripple has a whole number of cycles a turn. With few periods within the
+        travel, the other loads resemble the ripple, so that the spectrum of the residual does not
+        show its number. `ripple` explains parameters and result.
+        """
+        position = rows.samples.loads.get(TERMS[SPRING][0])
+        if not self.rotary or position is None or len(waves) == MOST_HARMONICS:
+            return None
+        peak = best_whole_number(position, rows.table(used), rows.residual(used), waves)
+        return None if peak is None else (self._harmonic(waves, peak.number), peak)
+
+    def _harmonic(self, waves: tuple[float, ...], number: float) -> Hypothesis:
+        """Return the hypothesis of a ripple with a wave number [1/rad | 1/m] besides `waves`."""
         if self.rotary:
-            shown = f"{peak.number:.4g} cycles a turn"
-            key = f"{{cycles: {peak.number:.4g}, per: {{value: 1, unit: turn}}}}"
+            shown = f"{number:.4g} cycles a turn"
+            key = f"{{cycles: {number:.4g}, per: {{value: 1, unit: turn}}}}"
         else:
-            length = 2e3 * np.pi / peak.number
+            length = 2e3 * np.pi / number
             shown = f"a period of {length:.4g} mm"
             key = f"{{cycles: 1, per: {{value: {length:.4g}, unit: mm}}}}"
         what = f"a ripple over the position with {shown}"
         settle = f"declare load: {{terms: [offset, ripple], ripple: {key}}}"
-        return harmonic(term, what, settle), peak
+        return harmonic(RIPPLES[len(waves)], what, settle)
 
 
 def _thinned(record: MotionRecord, share: float) -> MotionRecord:
@@ -344,8 +370,9 @@ def _trials(
     candidates: list[tuple[Hypothesis, ReducedRows, float, float | None]] = [
         (one, rows, level, None) for one in free
     ]
-    found = search.ripple(rows, waves, used)
-    if found is not None:
+    for found in (search.ripple(rows, waves, used), search.long_ripple(rows, waves, used)):
+        if found is None:
+            continue
         ripple, peak = found
         more = search.rows((*waves, peak.number))
         candidates.append((ripple, more, 0.5 * FALSE_ALARM / peak.tried, peak.number))
@@ -404,8 +431,9 @@ def search_explanations(
     out: list[Explanation] = []
     best = rows.squares(used)
     trials = _trials(search, rows, waves, used)
+    rejected: list[Trial] = []
     while bench.load is None and best is not None and trials:
-        usable = [one for one in trials if _spans_a_turn(one)]
+        usable = [one for one in trials if _spans_a_turn(one) and one not in rejected]
         if not usable:
             break
         trial = min(usable, key=lambda one: one.sum)
@@ -425,8 +453,14 @@ def search_explanations(
                 break
             rivals = [trial, *(one for one in rivals if one is not effect)]
             trial = effect
-        if trial.hypothesis.term == DIRECTION or not _supported(trial, best, used, settings):
+        if trial.hypothesis.term == DIRECTION:
             break
+        if not (
+            _supported(trial, best, used, settings)
+            or _supported_smoother(search, trial, used, waves)
+        ):
+            rejected.append(trial)
+            continue
         out.append(_explanation(trial, used, float(np.sum(best)), rivals, "used"))
         used.append(trial.hypothesis)
         best = trial.squares
@@ -434,18 +468,87 @@ def search_explanations(
             waves = (*waves, trial.wave)
             rows = trial.rows
         trials = _trials(search, rows, waves, used)
+        rejected = []
+    smooth = _smoother_rows(search, waves) if len(used) > 1 else None
     for one in list(used):
         others = [other for other in used if other is not one]
-        if one.term in RIPPLES or not others:
+        if not others:
             continue
-        possible = rows.possible(one, others)
-        if not (possible and _better(one, best, rows.squares(others), settings.confidence)):
+        needed = rows.possible(one, others) and (
+            _better(one, best, rows.squares(others), settings.confidence)
+            or (
+                smooth is not None
+                and one.is_load
+                and _better(one, smooth.squares(used), smooth.squares(others), settings.confidence)
+            )
+        )
+        if not needed:
             used = others
             best = rows.squares(used)
             out = [kept for kept in out if kept.name != declared_term(one) or kept.what != one.what]
+    used, kept_waves = _renumbered(used, waves, len(search.declared_waves))
+    if kept_waves != waves:
+        waves, rows = kept_waves, search.rows(kept_waves)
     out += _left(search, rows, waves, used, settings)
     structure = Structure(tuple(one.term for one in used), waves)
     return (structure.load(search.rotary) if used else None), tuple(out)
+
+
+def _smoother_rows(search: ExplanationSearch, waves: tuple[float, ...]) -> ReducedRows | None:
+    """Return the rows with longer smoothing windows, or None if the windows cannot be longer.
+
+    Longer windows hardly change the effort of a load, but reduce the noise of the acceleration,
+    which may hide the load. They would remove ripples with short periods; the result is then None.
+    """
+    smoother = search.smoother(SMOOTHER)
+    if smoother.windows == search.windows:
+        return None
+    try:
+        rows = smoother.rows(waves)
+    except UnusableLogs:
+        return None
+    return None if waves and 2.0 * np.pi / max(waves) < smoother.shortest_period(rows) else rows
+
+
+def _supported_smoother(
+    search: ExplanationSearch, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
+) -> bool:
+    """Return whether a load improves the prediction clearly if the smoothing windows are longer.
+
+    The rms effort of the load must be at least SMALLEST_LOAD times the Coulomb friction, because
+    the longer windows also show errors of other effects, which are small.
+    """
+    one = trial.hypothesis
+    if not one.is_load:
+        return False
+    columns = trial.rows.columns([*used, one])
+    friction = [k for k, column in enumerate(columns) if trial.rows.names[column] == "coulomb"]
+    coulomb = float(np.sum(np.abs(trial.rows.fitted(columns)[friction])))
+    if trial.rows.effort(one, used) < SMALLEST_LOAD * coulomb:
+        return False
+    rows = _smoother_rows(search, waves if trial.wave is None else (*waves, trial.wave))
+    return (
+        rows is not None
+        and _better(one, rows.squares([*used, one]), rows.squares(used), search.settings.confidence)
+        and rows.probability(one, used) < trial.level
+    )
+
+
+def _renumbered(
+    used: Sequence[Hypothesis], waves: tuple[float, ...], declared: int
+) -> tuple[list[Hypothesis], tuple[float, ...]]:
+    """Return the hypotheses and wave numbers [1/rad | 1/m] without those of unused ripples.
+
+    The first `declared` ripples belong to the bench and have no hypothesis.
+    """
+    numbers = dict(zip(RIPPLES, waves, strict=False))
+    kept = [numbers[one.term] for one in used if one.term in RIPPLES]
+    left = iter(RIPPLES[declared:])
+    renamed = [
+        replace(one, term=(term := next(left)), names=TERMS[term]) if one.term in RIPPLES else one
+        for one in used
+    ]
+    return renamed, (*waves[:declared], *kept)
 
 
 def _lasting(

@@ -12,12 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.typing import IntVector, Vector
+from frictool.typing import IntVector, Matrix, Vector
 
 LEAST_PERIODS = 1.5  # periods within the travel; fewer look like a spring
+# periods within the travel of a whole number of cycles a turn that is fitted with the other loads
+FEWEST_PERIODS, MOST_PERIODS = (0.75, 3.0)
 BINS_PER_PERIOD = 6  # number of position bins in the shortest period
 OVERSAMPLING = 16  # number of grid points of the wave number per 2 pi/travel
 MOST_BINS = 1 << 15
+MOST_WHOLE = 100  # largest number of cycles a turn in `best_whole_number`
 # a peak is rounded to a whole number of cycles per turn if the difference is at most SNAP times the
 # resolution and at most FARTHEST cycles
 SNAP, FARTHEST = (0.35, 0.35)
@@ -93,6 +96,49 @@ def highest_peak(
     best = int(np.argmax(np.where(allowed, amplitude, 0.0)))
     tried = max(1, int(np.count_nonzero(allowed) / OVERSAMPLING))
     return SpectrumPeak(float(number[best]), float(amplitude[best]), resolution, tried)
+
+
+def best_whole_number(
+    position: Vector, regressors: Matrix, residual: Vector, excluded: tuple[float, ...] = ()
+) -> SpectrumPeak | None:
+    """Return the whole number of cycles a turn that reduces a fit's residual most.
+
+    Numbers from 2 on are tried if the travel contains FEWEST_PERIODS to MOST_PERIODS periods. The
+    fit is repeated with a sine and a cosine of each number.
+
+    Parameters
+    ----------
+    position, residual
+        Position (n,) [rad] and residual effort (n,) [N m].
+    regressors
+        Regressors (n, p) of the fit.
+    excluded
+        Wave numbers [1/rad] that are not tried.
+
+    Returns
+    -------
+    SpectrumPeak or None
+        None if no number is in this range.
+    """
+    travel = float(np.ptp(position))
+    resolution = 2.0 * np.pi / travel if travel > 0.0 else np.inf
+    numbers = [
+        number
+        for number in range(2, int(min(MOST_PERIODS * resolution, MOST_WHOLE)) + 1)
+        if number >= FEWEST_PERIODS * resolution and not np.any(np.isclose(number, excluded))
+    ]
+    fitted = np.linalg.qr(regressors)[0]
+    left = np.inf
+    best: SpectrumPeak | None = None
+    for number in numbers:
+        waves = np.column_stack((np.sin(number * position), np.cos(number * position)))
+        free = waves - fitted @ (fitted.T @ waves)
+        value, squares = np.linalg.lstsq(free, residual, rcond=None)[:2]
+        if squares.size and squares[0] < left:
+            left = float(squares[0])
+            amplitude = float(np.linalg.norm(value))
+            best = SpectrumPeak(float(number), amplitude, resolution, len(numbers))
+    return best
 
 
 def snapped(peak: SpectrumPeak) -> float:
