@@ -17,7 +17,7 @@ from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import Identification, NothingIdentified, identify_records
 from frictool.identify.measurement.bench_measurement import constant_warning, measurement
-from frictool.identify.measurement.winding import winding_log
+from frictool.identify.measurement.winding import winding_of_records
 from frictool.identify.methods import IdentificationRequest
 from frictool.identify.model_document import bench_model, model_of
 from frictool.identify.motion_record import MotionRecord, record_of
@@ -116,16 +116,18 @@ def identify(
         if loops_alone and model.presliding is None:
             raise UnusableLogs(f"presliding: {model.not_identified['presliding']}")
         result = replace(result, refused=model.not_identified)
+    confidence = request.settings.confidence
+    motor = {}
+    if request.measurement or bench.actuator.drive == "voltage":
+        motor = winding_of_records([*records, *slopes, *slow], confidence)
+    doubt = constant_warning(motor, bench)
+    if doubt is not None:
+        result = replace(result, warnings=(*result.warnings, doubt))
     if request.measurement:
         kinds = result.kinds
         sliding = [one for one in (*records, *slopes) if kinds.get(one.name) == SLIDING_LOG]
         currents = [one.currents for group in prepared for one in group if one.currents]
-        logged = [winding_log(one.record) for group in prepared for one in group]
-        windings = [one for one in logged if one is not None]
-        measured = measurement(sliding, currents, windings, bench, request.settings.confidence)
-        doubt = constant_warning(measured, bench)
-        if doubt is not None:
-            tell(doubt)
+        measured = measurement(sliding, currents, motor, bench, confidence)
         model = msgspec.structs.replace(model, measurement=measured)
     return IdentifiedModel(model, result, tuple(records), tuple(slopes))
 

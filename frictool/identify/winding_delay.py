@@ -21,15 +21,15 @@ from dataclasses import dataclass
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
-from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.fit_result import Interval
+from frictool.identify.measurement.bench_measurement import contradicting_constant
 from frictool.identify.measurement.winding import (
     BACK_EMF,
     INDUCTANCE,
     RESISTANCE,
-    winding,
-    winding_log,
+    winding_of_records,
 )
-from frictool.identify.motion_record import MotionRecord, once_per_record
+from frictool.identify.motion_record import MotionRecord
 
 WHAT = "the inductance of the winding"
 
@@ -42,11 +42,14 @@ class WindingDelay:
       friction; the interval does not extend below 0
     - measured: increase by the measured winding, at most `possible`; None if it was not measured
     - lag: electrical time constant L/R of the measured winding, s; 0 if it was not measured
+    - undecided: why the logged current does not measure the increase, a verb with its object; empty
+      if the current was not logged, or if it measures the increase
     """
 
     possible: Interval
     measured: Interval | None = None
     lag: float = 0.0
+    undecided: str = ""
 
     @property
     def effects(self) -> list[AcceptedEffects]:
@@ -76,10 +79,12 @@ class WindingDelay:
                 f"{1e3 * self.lag:.3g} ms, from voltage and current) delays the current but not "
                 "the back-EMF"
             )
+        advice = "to decide, also log the current (columns.current)"
+        if self.undecided:
+            advice = f"the logged current {self.undecided}"
         return (
             f"inertia: {inertia.value:.4g} {unit} if the voltage acts late, up to "
-            f"{inertia.high:.4g} if the winding's L/R delays the current; to decide, also log the "
-            "current (columns.current)"
+            f"{inertia.high:.4g} if the winding's L/R delays the current; {advice}"
         )
 
 
@@ -101,21 +106,21 @@ def winding_delay(
     if alone is None or most is None or most.value <= alone.value:
         return None
     possible = Interval.around(most.value - alone.value, most.half_width, 0.0)
-    return _measured_delay(possible, records, bench, regression.confidence) or WindingDelay(
-        possible
-    )
+    return _of_current(possible, records, bench, regression.confidence)
 
 
-def _measured_delay(
+def _of_current(
     possible: Interval, records: Sequence[MotionRecord], bench: Bench, confidence: float
-) -> WindingDelay | None:
-    """Return the delay with a measured increase, or None if the logs do not determine it.
+) -> WindingDelay:
+    """Return the delay with the increase by the measured winding.
 
-    The result is also None if K/R contradicts `actuator.constant`, or if the whole interval of the
-    increase is above `possible`.
+    The increase is not measured if no log contains the current, if the logs do not determine the
+    winding, if K/R contradicts `actuator.constant`, or if the whole interval of the increase is
+    above `possible`.
     """
-    logged = [record for record in records if record.winding is not None]
-    found = _winding(logged[0], tuple(logged[1:]), confidence) if logged else {}
+    found = winding_of_records(records, confidence)
+    if not found:
+        return WindingDelay(possible)
     known = [found.get(name) for name in (RESISTANCE, BACK_EMF, INDUCTANCE)]
     resistance, back_emf, inductance = known
     if not (
@@ -123,24 +128,14 @@ def _measured_delay(
         and isinstance(back_emf, Interval)
         and isinstance(inductance, Interval)
     ):
-        return None
+        return WindingDelay(possible, undecided="does not determine L/R, R and back-EMF")
     constant = bench.actuator.constant
-    low, high = constant.interval
-    if back_emf.low / resistance.high > high or back_emf.high / resistance.low < low:
-        return None
+    if contradicting_constant(found, bench) is not None:
+        return WindingDelay(possible, undecided="contradicts actuator.constant")
     lag = inductance.value / resistance.value
     least = constant.value * back_emf.low * inductance.low / resistance.high
     most = constant.value * back_emf.high * inductance.high / resistance.low
     if least > possible.high:
-        return None
+        return WindingDelay(possible, undecided="gives a longer L/R than the delay of the effort")
     value = min(constant.value * back_emf.value * lag, possible.high)
     return WindingDelay(possible, Interval(value, least, min(most, possible.high)), lag)
-
-
-@once_per_record
-def _winding(
-    record: MotionRecord, others: tuple[MotionRecord, ...], confidence: float
-) -> dict[str, Interval | UnusableLogs]:
-    """Return resistance, back-EMF constant and inductance [SI], or the reasons for unknown ones."""
-    logs = [log for one in (record, *others) if (log := winding_log(one)) is not None]
-    return winding(logs, confidence)

@@ -4,6 +4,7 @@ drives whose bench states a lag."""
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -18,6 +19,7 @@ from tests.support.voltage_motor import PERIOD, Motor, log_signals, steps
 SAMPLES = 8_000
 WINDING = Motor()  # L/R is 1 ms, half of a sample period
 LATE = Motor(inductance=3e-5, late=0.5)
+QUICK = Motor(inductance=3e-5)
 ALONE = ("position", "voltage")
 Drive = Literal["voltage", "current"]
 
@@ -76,6 +78,32 @@ def test_a_current_of_another_motor_is_not_used() -> None:
     log = log_of(np.arange(SAMPLES) * PERIOD, other, axis="rotary")
     model = identify([log], WINDING.bench("voltage"))
     assert inertia(model) == inertia(identified(WINDING, 0, ALONE))
+    (warning,) = (one for one in model.result.warnings if one.startswith("inertia"))
+    assert "the logged current does not determine" in warning
+    assert "also log" not in warning
+    assert len(warning) <= 190
+
+
+@pytest.mark.parametrize("factor", [0.77, 1.3])
+@pytest.mark.parametrize("motor", [WINDING, QUICK])
+def test_a_logged_current_contradicts_a_wrong_resistance(motor: Motor, factor: float) -> None:
+    """The bench's effort per volt K/R is wrong by a factor, and so is the inertia. The log states
+    the true ratio, also for a winding without a visible delay; nothing advises to log more."""
+    channels = (*ALONE, "current")
+    logged = {name: signals(motor, 0)[name] for name in channels}
+    log = log_of(np.arange(SAMPLES) * PERIOD, logged, axis="rotary")
+    believed = replace(motor, resistance=motor.resistance * factor)
+    model = identify([log], believed.bench("voltage"))
+    (warning,) = (one for one in model.result.warnings if one.startswith("actuator.constant"))
+    assert len(warning) <= 190
+    low, high = (float(one) for one in warning.split("[")[2].split("]")[0].split(", "))
+    ratio = motor.constant / motor.resistance
+    assert low == pytest.approx(ratio, rel=0.02)
+    assert high == pytest.approx(ratio, rel=0.02)
+    assert not any("also log" in one for one in model.result.warnings)
+    assert inertia(model).value == pytest.approx(motor.inertia / factor, rel=0.05)
+    right = identified(motor, 0, channels).result.warnings
+    assert not any(one.startswith("actuator.constant") for one in right)
 
 
 @pytest.mark.parametrize("drive", ["voltage", "current"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from frictool.documents.bench import Bench
 from frictool.documents.measurement import Measurement
@@ -13,8 +13,6 @@ from frictool.identify.measurement.winding import (
     BACK_EMF,
     INDUCTANCE,
     RESISTANCE,
-    WindingLog,
-    winding,
 )
 from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
@@ -35,7 +33,7 @@ DIMENSIONS = {
 def measurement(
     records: list[MotionRecord],
     currents: list[tuple[Vector, Vector, float]],
-    windings: list[WindingLog],
+    motor: Mapping[str, Interval | UnusableLogs],
     bench: Bench,
     confidence: float,
 ) -> Measurement:
@@ -46,7 +44,7 @@ def measurement(
     - records: records of sliding motion
     - currents: commanded current (n,) [A], measured current (n,) [A] and sample period [s] of each
       log that contains both currents
-    - windings: voltage, current and position of each log that contains all three signals
+    - motor: properties of the winding, by name
     """
     try:
         width, late = (
@@ -61,9 +59,7 @@ def measurement(
         if currents
         else UnusableLogs(NO_COMMAND)
     )
-    measured = {"backlash": width, "delay": late, "loop_time_constant": lag}
-    if windings:
-        measured |= winding(windings, confidence)
+    measured = {"backlash": width, "delay": late, "loop_time_constant": lag, **motor}
     estimates = {
         name: one.estimate(DIMENSIONS[name], bench.axis)
         for name, one in measured.items()
@@ -73,25 +69,46 @@ def measurement(
     return Measurement(**estimates, refused=refused)
 
 
-def constant_warning(measured: Measurement, bench: Bench) -> str | None:
-    """Return a warning if the back-EMF contradicts the effort constant in bench.yaml, else None."""
-    back_emf, resistance = measured.back_emf_constant, measured.resistance
-    constant = bench.actuator.constant
-    if back_emf is None:
+def contradicting_constant(
+    motor: Mapping[str, Interval | UnusableLogs], bench: Bench
+) -> Interval | None:
+    """Return the motor's effort per ampere or volt if bench.yaml contradicts it, else None.
+
+    `motor` is a result of `winding`. The effort per ampere of a DC motor is its back-EMF constant;
+    the effort per volt is the ratio of back-EMF constant and resistance.
+    """
+    measured, resistance = motor.get(BACK_EMF), motor.get(RESISTANCE)
+    if not isinstance(measured, Interval):
         return None
-    name = "back-EMF constant"
-    low, high = back_emf.interval
     if bench.actuator.drive == "voltage":
-        if resistance is None:
+        if not isinstance(resistance, Interval):
             return None
-        name = "ratio of back-EMF constant and resistance"
-        low, high = low / resistance.interval[1], high / resistance.interval[0]
-    if low <= constant.interval[1] and constant.interval[0] <= high:
+        measured = Interval(
+            measured.value / resistance.value,
+            measured.low / resistance.high,
+            measured.high / resistance.low,
+        )
+    low, high = bench.actuator.constant.interval
+    return None if measured.low <= high and low <= measured.high else measured
+
+
+def constant_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench) -> str | None:
+    """Return a warning if the back-EMF contradicts the effort constant in bench.yaml, else None.
+
+    `motor` is a result of `winding`.
+    """
+    measured = contradicting_constant(motor, bench)
+    if measured is None:
         return None
+    constant = bench.actuator.constant
+    low, high = constant.interval
+    name = "back-EMF constant"
+    if bench.actuator.drive == "voltage":
+        name += "/resistance"
     return (
-        f"actuator.constant: the measured {name} is [{low:.4g}, {high:.4g}] {constant.unit}, and "
-        f"the bench states {constant.value:.4g}; for a DC motor both are equal: correct the bench, "
-        "or the units"
+        f"actuator.constant [{low:.4g}, {high:.4g}] {constant.unit} contradicts the log's {name} "
+        f"[{measured.low:.4g}, {measured.high:.4g}], for a DC motor equal; all efforts scale with "
+        "it: correct the bench, or the units"
     )
 
 

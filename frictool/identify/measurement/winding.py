@@ -33,7 +33,7 @@ import numpy as np
 import scipy
 
 from frictool.identify.fit_result import Interval, UnusableLogs
-from frictool.identify.motion_record import JITTER, MotionRecord
+from frictool.identify.motion_record import JITTER, MotionRecord, once_per_record
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, stroke_samples
 from frictool.identify.rows.smoothing import SHORTEST, choose_window, position_noise
@@ -95,6 +95,25 @@ def winding_log(record: MotionRecord) -> WindingLog | None:
         choose_window(record, length, SMALLEST_SHARE) if length > 0.0 else SHORTEST,
         position_noise(record),
     )
+
+
+def winding_of_records(
+    records: Sequence[MotionRecord], confidence: float
+) -> dict[str, Interval | UnusableLogs]:
+    """Return the result of `winding` for the logs with voltage, current and position.
+
+    The result is empty if no log contains these signals.
+    """
+    logged = [record for record in records if record.winding is not None]
+    return _winding_of(logged[0], tuple(logged[1:]), confidence) if logged else {}
+
+
+@once_per_record
+def _winding_of(
+    record: MotionRecord, others: tuple[MotionRecord, ...], confidence: float
+) -> dict[str, Interval | UnusableLogs]:
+    logs = [log for one in (record, *others) if (log := winding_log(one)) is not None]
+    return winding(logs, confidence)
 
 
 def winding(logs: Sequence[WindingLog], confidence: float) -> dict[str, Interval | UnusableLogs]:
