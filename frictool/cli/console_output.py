@@ -57,6 +57,14 @@ def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
         note(f"warning: {path}: {text}; let the ranges in bench.yaml include these values")
 
 
+def note_winding_lag(path: Path, model: Model) -> None:
+    """Warn if the model's voltage drive lacks the measured lag of the winding."""
+    from frictool.adapters.winding_lag import missing_winding_lag
+
+    if text := missing_winding_lag(model):
+        note(f"warning: {path}: {text}")
+
+
 def note_travel(path: Path, bench: Bench) -> None:
     """Warn that a test may reach an end stop, if the bench states no travel."""
     if bench.mechanics.travel is None:

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.common_options import NamedPath, existing, json_option
-from frictool.cli.console_output import note_temperature, note_travel, print_json, say
+from frictool.cli.console_output import (
+    note_temperature,
+    note_travel,
+    note_winding_lag,
+    print_json,
+    say,
+)
 from frictool.cli.excite_test import bench_of, save_test, summary, text
 from frictool.cli.output_files import check_targets, command_line, save_text
 from frictool.cli.progress import note_step
@@ -97,6 +103,7 @@ def command(
     )
     if step.model is not None:
         note_temperature(bench, step.model, vertices=True)
+        note_winding_lag(bench, step.model)
     words = command_line("plan", {"bench": bench, "logs": logs, "--spec": spec, "--narrow": narrow})
     provenance = provenance_of_command(words, inputs)
     if step.test is not None:

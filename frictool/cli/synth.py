@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.common_options import NamedPath, existing, json_option, output_option
-from frictool.cli.console_output import note_temperature, print_json, say, use_colour
+from frictool.cli.console_output import (
+    note_temperature,
+    note_winding_lag,
+    print_json,
+    say,
+    use_colour,
+)
 from frictool.cli.output_files import STDOUT, check_targets, command_line, save_text
 from frictool.cli.progress import note_step
 from frictool.cli.synth_play import play, read_test
@@ -139,6 +145,7 @@ def command(
 
     model_document, spec_document = load(model, Model), load(spec, Spec)
     note_temperature(model, model_document, vertices=True)
+    note_winding_lag(model, model_document)
     design_document = None if design is None else load(design, Design)
     named: dict[Path, Any] = {model: model_document, spec: spec_document}
     same_axis(named if design is None else {**named, design: design_document})

@@ -175,7 +175,8 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `constant`: Force or torque per ampere or volt.
     - `limit`: Largest magnitude of the drive.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for a drive without
-      lag. A logged voltage is assumed to be the command, which this lag then delays.
+      lag. A logged voltage is assumed to be the command, which this lag then delays. For a motor
+      that is driven by its voltage, it includes L/R of the winding.
     - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
     - `servo`: Firmware of a smart servo; `limit` is then the nominal supply voltage.
     - `rms_limit`: Largest rms value that the drive may have over a test, such as the continuous

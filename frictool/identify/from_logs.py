@@ -16,7 +16,11 @@ from frictool.identify.breakaway.rate_table import breakaway_over_rate
 from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import Identification, NothingIdentified, identify_records
-from frictool.identify.measurement.bench_measurement import constant_warning, measurement
+from frictool.identify.measurement.bench_measurement import (
+    constant_warning,
+    measurement,
+    motor_measurement,
+)
 from frictool.identify.measurement.winding import winding_of_records
 from frictool.identify.methods import IdentificationRequest
 from frictool.identify.model_document import bench_model, model_of
@@ -123,6 +127,8 @@ def identify(
     doubt = constant_warning(motor, bench)
     if doubt is not None:
         result = replace(result, warnings=(*result.warnings, doubt))
+    if motor and not request.measurement:
+        model = msgspec.structs.replace(model, measurement=motor_measurement(motor, bench))
     if request.measurement:
         kinds = result.kinds
         sliding = [one for one in (*records, *slopes) if kinds.get(one.name) == SLIDING_LOG]

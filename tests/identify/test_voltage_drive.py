@@ -129,5 +129,6 @@ def test_a_lag_of_a_voltage_drive_only_widens() -> None:
         assert one.high >= known.high
     (warning,) = (one for one in lagging.result.warnings if "loop_time_constant_s" in one)
     assert "taken as the command" in warning
+    assert "keep L/R of the winding" in warning
     assert len(warning) <= 190
     assert not any("loop_time_constant_s" in one for one in without.result.warnings)

@@ -67,9 +67,13 @@ def signals(seed: int, turning: float = 1.0) -> tuple[Vector, Vector, Vector]:
 
 
 def measured(
-    folder: Path, rows: tuple[Vector, Vector, Vector], drive: str = "voltage", constant: float = 0.0
+    folder: Path,
+    rows: tuple[Vector, Vector, Vector],
+    drive: str = "voltage",
+    constant: float = 0.0,
+    options: tuple[str, ...] = ("--measurement",),
 ) -> tuple[dict, str]:
-    """Identify with --measurement; return the measurement and what was printed on stderr."""
+    """Identify with these options; return the measurement and what was printed on stderr."""
     log = folder / "log.csv"
     time = np.arange(rows[0].size) * PERIOD
     lines = zip(time, *rows, strict=True)
@@ -81,8 +85,8 @@ def measured(
     bench = folder / "bench.yaml"
     unit = "A" if drive == "current" else "V"
     bench.write_text(BENCH.format(drive=drive, constant=constant or usual, unit=unit))
-    options = ("--measurement", "--keep-bench-values", "--json")
-    result = run("identify", log, "--bench", bench, "-o", folder / "model.yaml", *options)
+    given = ("--bench", bench, "-o", folder / "model.yaml", *options)
+    result = run("identify", log, *given, "--keep-bench-values", "--json")
     assert result.code == 0, result.stderr
     return json.loads(result.stdout)["measurement"], result.stderr
 
@@ -128,6 +132,50 @@ def test_a_wrong_constant_of_the_bench_is_named(tmp_path: Path, drive: str) -> N
     stderr = measured(tmp_path, signals(1), drive, constant=1.3 * true)[1]
     assert stderr.count("contradicts the log's back-EMF constant") == 1
     assert "actuator.constant" not in measured(tmp_path, signals(1), drive)[1]
+
+
+SPEC = """\
+format: spec/1
+name: winding
+axis: rotary
+drive: voltage
+modulus_margin: 0.4
+"""
+DESIGN = """\
+format: design/1
+name: winding
+axis: rotary
+structure: position
+method: pole-placement
+"""
+
+
+@pytest.mark.parametrize("options", [(), ("--measurement",)])
+def test_synth_names_a_winding_that_the_model_lacks(
+    tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    """The entry that synth suggests is L/R within its interval; with this entry, and for a current
+    drive, whose loop sets the current, synth does not warn."""
+    (tmp_path / "spec.yaml").write_text(SPEC)
+    (tmp_path / "design.yaml").write_text(DESIGN)
+
+    def warnings(drive: str, entry: str = "") -> list[str]:
+        measured(tmp_path, signals(1), drive, options=options)
+        model = tmp_path / "model.yaml"
+        text = model.read_text()
+        assert ("inductance" in text) == (drive == "voltage" or bool(options))
+        model.write_text(text.replace("    limit:", f"{entry}    limit:", 1))
+        given = ("--spec", tmp_path / "spec.yaml", "--design", tmp_path / "design.yaml")
+        stderr = run("synth", model, *given, "--vertices-only", "--no-play").stderr
+        return [one for one in stderr.splitlines() if "winding" in one and "L/R" in one]
+
+    (warning,) = warnings("voltage")
+    entry = warning.split("write loop_time_constant_s: ")[1].split()[0]
+    assert float(entry) == pytest.approx(INDUCTANCE / RESISTANCE, rel=0.2)
+    assert len(warning.removeprefix(f"warning: {tmp_path}")) <= 190
+    assert not warnings("voltage", f"    loop_time_constant_s: {entry}\n")
+    assert warnings("voltage", "    loop_time_constant_s: 1.0e-5\n")
+    assert not warnings("current")
 
 
 def test_a_voltage_of_another_motor_is_refused(tmp_path: Path) -> None:

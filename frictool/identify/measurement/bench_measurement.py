@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 from frictool.documents.bench import Bench
 from frictool.documents.measurement import Measurement
+from frictool.documents.quantity import Estimate
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.measurement.loop_lag import loop_lag
 from frictool.identify.measurement.reversals import reversals
@@ -60,13 +61,26 @@ def measurement(
         else UnusableLogs(NO_COMMAND)
     )
     measured = {"backlash": width, "delay": late, "loop_time_constant": lag, **motor}
-    estimates = {
+    refused = {name: str(one) for name, one in measured.items() if isinstance(one, UnusableLogs)}
+    return Measurement(**_estimates(measured, bench), refused=refused)
+
+
+def motor_measurement(
+    motor: Mapping[str, Interval | UnusableLogs], bench: Bench
+) -> Measurement | None:
+    """Return the identified properties in `motor`, a result of `winding`, or None without any."""
+    estimates = _estimates(motor, bench)
+    return Measurement(**estimates, refused={}) if estimates else None
+
+
+def _estimates(
+    measured: Mapping[str, Interval | UnusableLogs], bench: Bench
+) -> dict[str, Estimate]:
+    return {
         name: one.estimate(DIMENSIONS[name], bench.axis)
         for name, one in measured.items()
         if isinstance(one, Interval)
     }
-    refused = {name: str(one) for name, one in measured.items() if isinstance(one, UnusableLogs)}
-    return Measurement(**estimates, refused=refused)
 
 
 def contradicting_constant(
