@@ -61,17 +61,20 @@ def undriven(record: MotionRecord, bench: Bench, confidence: float) -> str | Non
     Half the difference of the mean efforts forward and backward is the friction that the drive
     overcomes, whatever the load. The message is returned if this friction, with either sign, is
     significantly below WEAK times the smallest Coulomb friction of the bench. The rms deviation of
-    the effort from its median must also be below the smallest Coulomb friction.
+    the effort from its median must also be below the smallest Coulomb friction. A small positive
+    friction is left to other messages, because the effort may have a wrong unit.
     """
     found = stroke_friction(*stroke_efforts(record), confidence)
     least = bench.mechanics.coulomb.interval[0]
     size = float(np.sqrt(np.mean((record.effort - np.median(record.effort)) ** 2)))
-    if found is None or max(-found.low, found.high) >= WEAK * least or size >= least:
+    if found is None or found.low > 0.0 or size >= least:
+        return None
+    if max(-found.low, found.high) >= WEAK * least:
         return None
     return (
         f"{Path(record.name).name}: the drive overcomes a friction of {abs(found.value):.2g} "
         f"{si_unit('effort', bench.axis)} (bench: at least {least:.3g}); another force moves the "
-        f"axis, or columns.{bench.actuator.drive} has a wrong unit"
+        "axis, or the drive was off"
     )
 
 

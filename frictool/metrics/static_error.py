@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
-from frictool.metrics.final_value import final_value
+import numpy as np
+
+from frictool.metrics.final_value import final_value, tail_samples
 from frictool.typing import Vector
 
+MOVES = 2.0  # peak-to-peak motion of an axis that rests, in sensor steps; more is a motion
 
-def static_error(position: Vector, target: float) -> float:
-    """Return |target - final position| [rad or m] from the positions (n,) of a hold.
 
-    The final position is the mean over the end of the hold (final_value.py).
+def static_error(position: Vector, target: float, resolution: float = 0.0) -> float:
+    """Return the static error [rad or m] from the positions (n,) of a hold.
+
+    If the axis rests at the end of the hold, this is |target - final position|. The final position
+    is the mean over the end of the hold (final_value.py). If the axis still moves by more than
+    MOVES times `resolution`, the mean would hide an oscillation; the result is then the largest
+    |target - position| at the end of the hold. `resolution` is the sensor's step [rad or m], 0 if
+    unknown; the axis then counts as resting.
     """
+    end = position[-tail_samples(position.size) :]
+    if resolution > 0.0 and float(np.ptp(end)) > MOVES * resolution * (1.0 + 1e-6):
+        return float(np.max(np.abs(target - end)))
     return abs(target - final_value(position))

@@ -437,7 +437,8 @@ def _static(
     holds = _holds(loop, position)
     if not holds:
         return "the reference of the scenario is never constant"
-    return max(static_error(hold.of(position), hold.target) for hold in holds)
+    step = loop.encoder_step
+    return max(static_error(hold.of(position), hold.target, step) for hold in holds)
 
 
 def _peak(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector) -> float | str:

@@ -21,6 +21,7 @@ from frictool.metrics.drive_peak import command_peak
 from frictool.metrics.final_value import final_value, tail_samples
 from frictool.metrics.reference_holds import ConstantRun, Hold, constant_runs, holds_of
 from frictool.metrics.rest_motion import MOTION_TOLERANCE, late_samples, peak_to_peak
+from frictool.metrics.static_error import static_error
 from frictool.metrics.white_noise import deviation_of, peak_factor
 from frictool.presentation.tie_rule import largest
 from frictool.report.rig_facts import RigFacts
@@ -135,7 +136,7 @@ class RunMetrics:
             final = final_value(part)
             whole = self._allowed is None or not float(times[-1] - times[0]) < self._allowed
             if whole:
-                values["static_error"].append(abs(hold.target - final))
+                values["static_error"].append(static_error(part, hold.target, resolution))
             if hold.origin is None:
                 continue
             settled, overshoot, reversals = step_metrics(

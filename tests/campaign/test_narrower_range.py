@@ -96,7 +96,7 @@ def specified(response_s: float, overshoot: float, error: float) -> Spec:
     return msgspec.convert(spec, Spec)
 
 
-POSSIBLE, IMPOSSIBLE = specified(0.4, 5.0, 0.006), specified(0.25, 0.1, 0.0045)
+POSSIBLE, IMPOSSIBLE = specified(0.4, 5.0, 0.008), specified(0.25, 0.1, 0.0045)
 
 
 @pytest.fixture

@@ -267,3 +267,14 @@ def test_an_axis_within_the_zone_responds_at_once_or_behind_the_last_sample_outs
     once = there.copy()
     once[7] = 1.8
     assert response_time_95(time, once, 0.0, 2.0) == pytest.approx(0.8)
+
+
+def test_the_static_error_of_an_axis_that_moves_is_its_largest_error() -> None:
+    """The mean of an oscillation about the target is 0, although the axis does not stay there."""
+    time = np.arange(4000) * 1e-3
+    step, amplitude = 1e-6, 7e-5
+    moving = np.floor((1.0 + amplitude * np.sin(40.0 * time)) / step) * step
+    assert static_error(moving, 1.0) < 0.2 * amplitude
+    assert static_error(moving, 1.0, step) == pytest.approx(amplitude, rel=0.03)
+    resting = 1.0 + step * np.resize([0.0, 1.0, 2.0], time.size)
+    assert static_error(resting, 1.0, step) == static_error(resting, 1.0)
