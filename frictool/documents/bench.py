@@ -66,8 +66,9 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     - `counts_per_revolution`: Number of counts per turn of a rotary axis. Write this key or `step`.
     - `step`: Distance or angle of one count, for either kind of axis.
-    - `direction`: Sign with which the count changes during forward motion. This key applies only to
-      positions with the unit `count`.
+    - `direction`: Sign with which the count changes during forward motion. In a log, this key
+      applies only to positions with the unit `count`. In exported C, it is the sign of
+      `NAME_POSITION_PER_COUNT`.
     - `wrap`: Period of a sensor that reports the position modulo this period, such as 360 deg or
       4096 counts. The position must move by less than half a period per sample.
     - `wrap_bits`: Number of bits of a counter that overflows. Write this key or `wrap`.
@@ -109,6 +110,11 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
             return self.step.value
         assert self.counts_per_revolution is not None
         return 2.0 * math.pi / self.counts_per_revolution
+
+    @property
+    def position_per_count(self) -> float:
+        """Return the position per count [rad | m], negative if `direction` is -1."""
+        return self.direction * self.resolution
 
 
 class Winding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -27,6 +27,7 @@ from frictool.export.c_identifier import c_identifier, comment_text
 from frictool.export.c_names import CNames, NamedArray
 from frictool.export.c_real_numbers import RealNumbers
 from frictool.export.c_statements import INDENT, NumberWriter, c_statements, operand, wrap_statement
+from frictool.export.encoder_reading import reading_notes
 from frictool.export.encoder_wrap import wrap_context
 from frictool.export.export_origin import ExportOrigin
 from frictool.export.golden_vectors import GoldenVectors
@@ -80,7 +81,7 @@ def c_sources(
         _about(controller, origin)
         | _code(names, numbers, used)
         | _vectors(program, vectors, numbers)
-        | {"wrap": wrap}
+        | {"wrap": wrap, "notes": reading_notes(controller)}
     )
     context |= _format(controller, names, numbers) | {"number": number, "loop": loop}
     environment = _environment()
@@ -182,6 +183,7 @@ def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dic
     assert drive is not None
     mode = program.states.get("mode")
     limit = controller.drive_limit
+    per_count = controller.bench.encoder.position_per_count
     if scaled is None:
         modes = [numbers.literal(value) for value in (RUN, BRAKE, REST)] if mode is not None else []
         return {
@@ -189,7 +191,7 @@ def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dic
             "fields": [_field(table, numbers, program, "") for table in names.states],
             "period": numbers.literal(controller.sample_period_s),
             "drive_limit": numbers.literal(limit),
-            "per_count": numbers.literal(controller.bench.encoder.resolution),
+            "per_count": _bracketed(numbers.literal(per_count)),
             "modes": modes,
             "conversions": [],
         }
@@ -201,18 +203,23 @@ def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dic
         ],
         "period": repr(controller.sample_period_s),
         "drive_limit": _limit(scaled, drive),
-        "per_count": repr(controller.bench.encoder.resolution),
+        "per_count": _bracketed(repr(per_count)),
         "modes": word,
         "conversions": conversion_macros(
             c_identifier(controller.name).upper(),
             scaled,
-            controller.bench.encoder.resolution,
+            per_count,
             drive,
         ),
         "proof": proof_lines(names, scaled),
         "longest": scaled.longest,
         "bits": scaled.bits,
     }
+
+
+def _bracketed(literal: str) -> str:
+    """Return a C literal as the text of a macro."""
+    return f"({literal})" if literal.startswith("-") else literal
 
 
 def _limit(scaled: FixedProgram, drive: ProgramNode) -> int:

@@ -22,6 +22,7 @@ from frictool.errors import NoSolutionError
 from frictool.export.biquads import Biquads, fixed_biquads, float_biquads
 from frictool.export.c_identifier import c_identifier, comment_text
 from frictool.export.c_real_numbers import RealNumbers
+from frictool.export.encoder_reading import reading_notes
 from frictool.export.encoder_wrap import encoder_wrap
 from frictool.export.export_origin import ExportOrigin
 
@@ -121,6 +122,7 @@ def cmsis_header(
         signal=signals[_signal(controller)],
         drive_unit=drive,
         wrap=encoder_wrap(controller),
+        notes=reading_notes(controller),
         origin=origin,
         version=__version__,
     )

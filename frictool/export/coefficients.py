@@ -19,6 +19,7 @@ from frictool.documents.observer import Observer
 from frictool.documents.quantity import si_unit
 from frictool.export.c_identifier import c_identifier
 from frictool.export.c_names import CNames, NamedArray
+from frictool.export.encoder_reading import reading_notes
 from frictool.export.encoder_wrap import encoder_wrap
 from frictool.export.export_origin import ExportOrigin
 from frictool.export.rounded_loop import RoundedLoop
@@ -106,7 +107,8 @@ def json_files(
 
 def _conventions(controller: Controller) -> dict[str, str]:
     wrap = encoder_wrap(controller)
-    return CONVENTIONS if wrap is None else CONVENTIONS | {"wraps": wrap.requirement}
+    wraps = {} if wrap is None else {"wraps": wrap.requirement}
+    return CONVENTIONS | wraps | reading_notes(controller)
 
 
 def _whole(block: Any) -> Any:

@@ -19,6 +19,7 @@ from frictool.export.c_identifier import c_identifier
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
 from frictool.export.coefficients import json_files, matlab_files
 from frictool.export.controller_fmu import controller_fmu
+from frictool.export.encoder_reading import reading_notes
 from frictool.export.encoder_wrap import encoder_wrap
 from frictool.export.export_origin import ExportOrigin
 from frictool.export.golden_vectors import GoldenVectors, golden_vectors
@@ -191,6 +192,8 @@ def export_controller(
         result = replace(
             result, more=(*result.more, wrap.requirement + remedy), warning=wrap.warning
         )
+    notes = (f"{subject}: {note}" for subject, note in reading_notes(controller).items())
+    result = replace(result, more=(*result.more, *notes))
     has_target = controller.bench.target is not None
     return _measured(result) if language == "c" and (report or has_target) else result
 

@@ -13,6 +13,7 @@ from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
 from frictool.export.c_identifier import c_identifier
+from frictool.export.encoder_reading import reading_notes
 from frictool.export.encoder_wrap import encoder_wrap
 from frictool.export.export_origin import ExportOrigin
 from frictool.export.fmi_unit import FmiUnit, FmiVariable, functions_text
@@ -90,15 +91,20 @@ def _variables(controller: Controller, program: Program) -> Iterator[FmiVariable
     time = {"name": "time", "causality": "independent", "unit": "s", "variability": "continuous"}
     yield FmiVariable(0, "Float64", time)
     reference = 0
-    wrap = encoder_wrap(controller)
+    wrap, notes = encoder_wrap(controller), reading_notes(controller)
     inputs = [(one, 0.0, si_unit(SIGNALS[one], controller.axis)) for one in program.inputs]
     settings = [(one, start, None) for one, start in _settings(program)]
     for name, start, unit in [*inputs, *settings]:
         reference += 1
         words = {"name": name, "causality": "input", "start": repr(start)}
         words |= {"unit": unit} if unit is not None else {}
+        described = list[str]()
         if wrap is not None and name in ("reference", "position"):
-            words["description"] = wrap.requirement
+            described.append(wrap.requirement)
+        if name == "position":
+            described += [f"{subject}: {note}" for subject, note in notes.items()]
+        if described:
+            words["description"] = "; ".join(described)
         yield FmiVariable(reference, "Float64", {**words, "variability": "discrete"})
     drive = {"name": "drive", "causality": "output", "initial": "exact", "start": "0"}
     drive |= {"unit": si_unit(controller.drive, controller.axis), "variability": "discrete"}

@@ -36,7 +36,7 @@ class EncoderWrap:
     """Wraps of a bench's encoder.
 
     - period: change of the position after which the reading repeats [rad | m]
-    - step: change of the position per count [rad | m]
+    - step: position per count [rad | m]; negative if the counts decrease during forward motion
     - travel: lowest and highest position of the axis [rad | m]; None if the bench has no travel
     - fastest: speed of half a period per sample, above which the number of turns is lost
     - held: longest interval between two valid readings without a fault [samples]
@@ -75,7 +75,7 @@ class EncoderWrap:
 
     def readings(self) -> list[int]:
         """Return counts that the encoder shows, over several periods in both directions."""
-        counts = self.period / self.step
+        counts = self.period / abs(self.step)
         apart = max(math.floor(APART * counts), 1)
         moves = [0, *[apart] * UP, *[-apart] * DOWN]
         return [math.floor((FIRST * counts + move) % counts) for move in np.cumsum(moves).tolist()]
@@ -90,7 +90,7 @@ def encoder_wrap(controller: Controller) -> EncoderWrap | None:
     top = bench.mechanics.top_speed
     return EncoderWrap(
         period,
-        bench.encoder.resolution,
+        bench.encoder.position_per_count,
         None if travel is None else (travel.low, travel.high),
         0.5 * period / controller.sample_period_s,
         controller.measurement_hold_samples + 1,
@@ -116,7 +116,7 @@ def wrap_context(
     )
     travel = wrap.travel
     reach = math.inf if travel is None else max(map(abs, travel))
-    lossless = FLOAT_COUNTS * wrap.step
+    lossless = FLOAT_COUNTS * abs(wrap.step)
     macro = f"{c_identifier(controller.name).upper()}_ENCODER_PERIOD"
     return context | {
         "macro": macro,
@@ -148,6 +148,7 @@ def _reals(wrap: EncoderWrap, numbers: NumberWriter) -> dict[str, Any]:
         "shown": "reading",
         "turned": "",
         "half": numbers.literal(0.5 * wrap.period),
+        "reverse": False,  # the reading in rad or m grows during forward motion
         "rounding": numbers.literal(0.5),
         "span": [numbers.literal(value) for value in (low, middle, high)] if wrap.travel else [],
         "rows": [[f"{float(value).hex()}{numbers.suffix}" for value in row] for row in rows],
@@ -161,7 +162,8 @@ def _words(wrap: EncoderWrap, scaled: FixedProgram, position: int) -> dict[str, 
     low, middle, high = (
         round(math.ldexp(value, fraction)) if wrap.travel else 0 for value in _span(wrap)
     )
-    half = math.floor(0.5 * wrap.period / wrap.step)
+    half = math.floor(0.5 * wrap.period / abs(wrap.step))
+    side = 1 if wrap.step > 0.0 else -1
     turn = shift_rounded(*period)
     readings = wrap.readings()
     first = shift_rounded(readings[0] * count[0], count[1])
@@ -171,7 +173,7 @@ def _words(wrap: EncoderWrap, scaled: FixedProgram, position: int) -> dict[str, 
         turns = turns if middle >= first else -turns
     rows = []
     for reading, before in zip(readings, [readings[0], *readings], strict=False):
-        turns += int(before - reading > half) - int(reading - before > half)
+        turns += side * (int(before - reading > half) - int(reading - before > half))
         word = shift_rounded(reading * count[0], count[1])
         word += shift_rounded(turns * period[0], period[1])
         rows.append((reading, min(max(word, least), most)))
@@ -179,6 +181,7 @@ def _words(wrap: EncoderWrap, scaled: FixedProgram, position: int) -> dict[str, 
         "reading_kind": "int64_t",
         "period": repr(wrap.period),
         "half": half,
+        "reverse": side < 0,
         "span": [low, middle, high] if wrap.travel else [],
         "turn": turn,
         "least": least,

@@ -64,7 +64,7 @@ def conversion_macros(
     encoder counts to the position's word, and the drive's word to thousandths of an A or V.
 
     `prefix`: first part of each macro's name.
-    `step`: position per encoder count [rad | m].
+    `step`: position per encoder count [rad | m]; negative if the counts decrease forward.
     """
     lines: list[str] = []
     program = scaled.program
@@ -95,7 +95,7 @@ def conversion_macros(
         f"#define {prefix}_POSITION_FROM_COUNTS(counts) {counts}",
     ]
     fraction = scaled.fractions[drive.index]
-    thousand = _rounded_quotient("(int64_t)(word) * 1000", "(word)", fraction)
+    thousand = _rounded_quotient("(int64_t)(word) * 1000", "(word) < 0", fraction)
     lines += [
         "",
         "/* The drive in thousandths of its unit. */",
@@ -107,10 +107,10 @@ def conversion_macros(
 def multiplier(step: float, fraction: int) -> tuple[int, int]:
     """Return integers (m, n): encoder counts times m 2^-n give the position in fixed point.
 
-    `step`: position per encoder count [rad | m].
+    `step`: position per encoder count [rad | m]; negative if the counts decrease forward.
     `fraction`: number of fraction bits of the position.
 
-    m has MULTIPLIER_BITS bits if n > 0.
+    The magnitude of m has MULTIPLIER_BITS bits if n > 0; m has the sign of `step`.
     """
     n = max(MULTIPLIER_BITS - math.frexp(step)[1] - fraction, 0)
     return round(math.ldexp(step, fraction + n)), n
@@ -118,15 +118,16 @@ def multiplier(step: float, fraction: int) -> tuple[int, int]:
 
 def _from_counts(step: float, fraction: int) -> str:
     m, n = multiplier(step, fraction)
-    return _rounded_quotient(f"(int64_t)(counts) * {m}", "(counts)", n)
+    negative = "(counts) < 0" if m >= 0 else "(counts) > 0"
+    return _rounded_quotient(f"(int64_t)(counts) * {m}", negative, n)
 
 
-def _rounded_quotient(product: str, sign: str, n: int) -> str:
+def _rounded_quotient(product: str, negative: str, n: int) -> str:
     """Return a C expression for `product` times 2^-n, rounded to nearest, halves away from zero.
 
-    `sign`: C expression with the sign of the product.
+    `negative`: C condition that the product is negative.
     """
     if n <= 0:
         return f"((int32_t)({product} * {2**-n}))"
     half = f"INT64_C({2 ** (n - 1)})"
-    return f"((int32_t)(({product} + ({sign} < 0 ? -{half} : {half})) / INT64_C({2**n})))"
+    return f"((int32_t)(({product} + ({negative} ? -{half} : {half})) / INT64_C({2**n})))"

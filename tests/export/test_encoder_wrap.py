@@ -156,6 +156,30 @@ def test_wrapping_readings_give_the_drives_of_the_position_without_wraps(
 
 @needs_compiler
 @pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("kind", EXACT)
+def test_counts_that_decrease_forward_wrap_the_other_way(
+    kind: str, number: ProgramNumber, tmp_path: Path
+) -> None:
+    encoder = EXACT[kind]
+    assert encoder.period is not None
+    controller = wrapping(replace(encoder, direction=-1))
+    true = -counts(encoder.period / encoder.resolution)  # unbounded counts of the encoder
+    seen = shown(encoder, true)
+    # `follow` multiplies the readings by the resolution, but passes counts in q31
+    found = follow(controller, number, tmp_path, seen if number == "q31" else -seen)
+    factor = -encoder.resolution
+    if number == "q31":
+        scaled = fixed_program(controller_program(controller))
+        factor *= 2.0 ** scaled.fractions[scaled.program.inputs["position"].index]
+    wanted = ((true + seen[0] - true[0]) * factor).astype(KINDS[number])
+    assert np.ptp(true) > 2.0 * np.ptp(seen)
+    np.testing.assert_array_equal(found, wanted)
+    (tmp_path / "follow.c").unlink()
+    assert ran(built(tmp_path, COMPILERS[0], "-O1"))[0] == 0
+
+
+@needs_compiler
+@pytest.mark.parametrize("number", NUMBERS)
 @pytest.mark.parametrize("kind", ROUNDED)
 def test_rounding_does_not_add_up_over_the_periods(
     kind: str, number: ProgramNumber, tmp_path: Path

@@ -209,7 +209,7 @@ class ChannelMapper:
             return ()
         return (
             f"encoder.direction: -1 has no effect on columns.position in {position.column.unit}, "
-            "only in counts; remove it, and state the sign in columns.position.scale",
+            "only on counts and exported C; state the sign of the column in columns.position.scale",
         )
 
     @property
@@ -338,7 +338,7 @@ def _scale(table: RawTable, bench: Bench, channel: str, name: str, column: Colum
             f"column {name!r} {dates} (found in columns.{channel} of bench {bench.name!r})",
         )
     if unit == COUNT and dimension == "position":
-        scale = UnitScale(bench.encoder.resolution * bench.encoder.direction)
+        scale = UnitScale(bench.encoder.position_per_count)
         agrees = declared is None or declared.lower() in (COUNT, "counts")
     else:
         try:
