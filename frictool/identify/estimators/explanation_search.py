@@ -433,7 +433,11 @@ def search_explanations(
     trials = _trials(search, rows, waves, used)
     rejected: list[Trial] = []
     while bench.load is None and best is not None and trials:
-        usable = [one for one in trials if _spans_a_turn(one) and one not in rejected]
+        usable = [
+            one
+            for one in trials
+            if _spans_a_turn(one) and not any(one is other for other in rejected)
+        ]
         if not usable:
             break
         trial = min(usable, key=lambda one: one.sum)

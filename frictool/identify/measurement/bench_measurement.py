@@ -121,8 +121,8 @@ def constant_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench)
         name += "/resistance"
     return (
         f"actuator.constant [{low:.4g}, {high:.4g}] {constant.unit} contradicts the log's {name} "
-        f"[{measured.low:.4g}, {measured.high:.4g}], for a DC motor equal; all efforts scale with "
-        "it: correct the bench, or the units"
+        f"[{measured.low:.4g}, {measured.high:.4g}], equal in a DC motor; all efforts scale with "
+        "it: correct it"
     )
 
 
