@@ -473,7 +473,7 @@ def search_explanations(
             rows = trial.rows
         trials = _trials(search, rows, waves, used)
         rejected = []
-    smooth = _smoother_rows(search, waves) if len(used) > 1 else None
+    smooth = _smoother_rows(search, waves, max(waves, default=None)) if len(used) > 1 else None
     for one in list(used):
         others = [other for other in used if other is not one]
         if not others:
@@ -498,11 +498,14 @@ def search_explanations(
     return (structure.load(search.rotary) if used else None), tuple(out)
 
 
-def _smoother_rows(search: ExplanationSearch, waves: tuple[float, ...]) -> ReducedRows | None:
+def _smoother_rows(
+    search: ExplanationSearch, waves: tuple[float, ...], kept: float | None
+) -> ReducedRows | None:
     """Return the rows with longer smoothing windows, or None if the windows cannot be longer.
 
     Longer windows hardly change the effort of a load, but reduce the noise of the acceleration,
-    which may hide the load. They would remove ripples with short periods; the result is then None.
+    which may hide the load. The result is also None if they would remove a ripple with the wave
+    number `kept` [1/rad | 1/m]; None if no ripple has to be kept.
     """
     smoother = search.smoother(SMOOTHER)
     if smoother.windows == search.windows:
@@ -511,7 +514,8 @@ def _smoother_rows(search: ExplanationSearch, waves: tuple[float, ...]) -> Reduc
         rows = smoother.rows(waves)
     except UnusableLogs:
         return None
-    return None if waves and 2.0 * np.pi / max(waves) < smoother.shortest_period(rows) else rows
+    short = kept is not None and 2.0 * np.pi / kept < smoother.shortest_period(rows)
+    return None if short else rows
 
 
 def _supported_smoother(
@@ -530,7 +534,8 @@ def _supported_smoother(
     coulomb = float(np.sum(np.abs(trial.rows.fitted(columns)[friction])))
     if trial.rows.effort(one, used) < SMALLEST_LOAD * coulomb:
         return False
-    rows = _smoother_rows(search, waves if trial.wave is None else (*waves, trial.wave))
+    more = waves if trial.wave is None else (*waves, trial.wave)
+    rows = _smoother_rows(search, more, max(more, default=None))
     return (
         rows is not None
         and _better(one, rows.squares([*used, one]), rows.squares(used), search.settings.confidence)
@@ -566,17 +571,13 @@ def _lasting(
     ripple, or the windows cannot be longer.
     """
     one = trial.hypothesis
-    smoother = search.smoother(SMOOTHER)
-    if not one.is_load or smoother.windows == search.windows:
+    more = waves if trial.wave is None else (*waves, trial.wave)
+    rows = _smoother_rows(search, more, trial.wave) if one.is_load else None
+    if rows is None:
         return True
-    try:
-        rows = smoother.rows(waves if trial.wave is None else (*waves, trial.wave))
-    except UnusableLogs:
-        return True
-    short = trial.wave is not None and 2.0 * np.pi / trial.wave < smoother.shortest_period(rows)
     simpler = rows.squares(used)
     squares = rows.squares([*used, one])
-    if short or simpler is None or squares is None:
+    if simpler is None or squares is None:
         return True
     smaller = bool(np.sum(squares) < WORTH**2 * np.sum(simpler))
     return smaller and rows.probability(one, used) < trial.level
