@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.metrics.final_value import final_value
+from frictool.metrics.final_value import final_value, tail_samples
 from frictool.metrics.overshoot import overshoot_percent
+from frictool.metrics.static_error import moves
 from frictool.typing import Vector
 
 
@@ -31,11 +32,19 @@ def load_bounds(position: Vector, backlash: float, unsure: float) -> tuple[Vecto
     return low - unsure, high + unsure
 
 
-def load_static_error(load: tuple[Vector, Vector], target: float) -> tuple[float, float]:
+def load_static_error(
+    load: tuple[Vector, Vector], target: float, resolution: float = 0.0
+) -> tuple[float, float]:
     """Return the lower and upper bound of the static error [rad or m].
 
-    `load`: result of `load_bounds`.
+    `load`: result of `load_bounds`. `resolution`: sensor step [rad or m], 0 if unknown. If a bound
+    still moves at the end of the hold, the error is the largest error there (static_error.py).
     """
+    ends = [one[-tail_samples(one.size) :] for one in load]
+    if any(moves(end, resolution) for end in ends):
+        below, above = ends[0] - target, target - ends[1]
+        least = float(np.max(np.maximum(np.maximum(below, above), 0.0)))
+        return least, float(np.max(np.abs([below, above])))
     low, high = map(final_value, load)
     errors = abs(target - low), abs(target - high)
     return 0.0 if low <= target <= high else min(errors), max(errors)

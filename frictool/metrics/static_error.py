@@ -20,6 +20,14 @@ def static_error(position: Vector, target: float, resolution: float = 0.0) -> fl
     unknown; the axis then counts as resting.
     """
     end = position[-tail_samples(position.size) :]
-    if resolution > 0.0 and float(np.ptp(end)) > MOVES * resolution * (1.0 + 1e-6):
+    if moves(end, resolution):
         return float(np.max(np.abs(target - end)))
     return abs(target - final_value(position))
+
+
+def moves(end: Vector, resolution: float) -> bool:
+    """Return True if the positions (n,) at the end of a hold are those of an axis in motion.
+
+    `static_error` explains `resolution`.
+    """
+    return resolution > 0.0 and float(np.ptp(end)) > MOVES * resolution * (1.0 + 1e-6)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.metrics.load_position_bounds import load_bounds
+from frictool.metrics.load_position_bounds import load_bounds, load_static_error
 from frictool.typing import Vector
 
 
@@ -61,3 +61,17 @@ def test_without_a_backlash_the_load_is_the_position() -> None:
     low, high = load_bounds(position, 0.0, 0.0)
     np.testing.assert_array_equal(low, position)
     np.testing.assert_array_equal(high, position)
+
+
+def test_the_load_of_an_axis_that_moves_has_its_largest_error() -> None:
+    """A limit cycle that is wider than the backlash moves the load, whose mean is at the target."""
+    time = np.arange(4000) * 1e-3
+    step, amplitude, backlash = 1e-3, 0.5, 0.2
+    motor = np.floor((2.0 + amplitude * np.sin(20.0 * time)) / step) * step
+    true = plain_load(motor.tolist(), 0.5 * backlash, 0.0)
+    largest = float(np.max(np.abs(true[-400:] - 2.0)))
+    low, high = load_static_error(load_bounds(motor, backlash, step), 2.0, step)
+    assert low <= largest <= high
+    assert low > 0.7 * amplitude
+    resting = load_bounds(np.full(4000, 2.0), backlash, step)
+    assert load_static_error(resting, 2.0, step) == load_static_error(resting, 2.0)
