@@ -23,7 +23,7 @@ class NamedPath(click.Path):
     def __init__(
         self, allow_dash: bool = False, writes: Sequence[str] = (), chooses: bool = False
     ) -> None:
-        """Store the allowed formats (see `check_ending`); without `writes`, each is allowed."""
+        """Store `writes`, the allowed formats (see `check_ending`); if empty, all are allowed."""
         self._writes, self._chooses = writes, chooses
         # existence and permission are checked on reading, so that the exit code is 3 and not
         # click's 2

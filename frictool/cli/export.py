@@ -47,8 +47,8 @@ coefficients only (json, cmsis, matlab).
 
 The loop is verified again with the coefficients as the number format stores them. Exit code 4 if
 this loop violates the modulus margin, if the code exceeds the budget of the bench's target, or if
-the target cannot represent a part of the model; --without omits that part. Files of the same names
-in the folder are replaced. With -o - the files are a tar archive on stdout.
+the exported format cannot represent a part of the model; --without omits that part. Files of the
+same names in the folder are replaced. With -o - the files are a tar archive on stdout.
 """
 
 

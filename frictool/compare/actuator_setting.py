@@ -11,7 +11,7 @@ unit of time   (m/sigma_v)/2.5; shorter if the tests would exceed the bench's tr
 v_s            1e-3 fall (unit of length)/(unit of time); at most delta_x p0/5
 z_max          1e-5 fall (unit of length)
 k_1, k_2       k_1 = sigma_0 = F_s/z_max, k_2 = sigma_1 = 2 sqrt(m k_1)                  (3.35)
-p0             5/T_s, decay rate of the velocity in stick                                 (3.8)
+p0             5/T_s, decay rate of the remaining velocity after the switch to stick      (3.8)
 Sigma          4 v_s, and thus below delta_x p0; switching speed                  (3.2), (3.10)
 dv             v_s; Karnopp's law treats speeds below dv as rest
 T_e            the smallest of 0.8 m Sigma/u_max (3.11), 0.8 m dv/(2 F_s), 1/p0 and

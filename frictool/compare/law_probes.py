@@ -68,8 +68,8 @@ def viscous_friction(follow: Follow, setting: ComparisonSetting) -> str:
 def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
     """Return `±` if friction differs between rising and falling speed, else `-`.
 
-    The mass slides with oscillating speed. `+` would need a law with the delay of thesis 3.4.2.3 as
-    a parameter; no law has such a parameter.
+    The mass slides with oscillating speed. `law_simulator.py` sets `+` if the document declares a
+    lag of the friction (`film`).
     """
     period = setting.scales.time / MEMORY_FREQUENCY
     phase = 2.0 * math.pi * (np.arange(2 * MEMORY_STEPS) + 0.5) / MEMORY_STEPS
@@ -83,7 +83,8 @@ def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
 def rising_static_friction(slow: float, fast: float, setting: ComparisonSetting) -> str:
     """Return `±` if the largest friction before slip depends on the rate of the force, else `-`.
 
-    `+` would need a law with the time at rest as a parameter; no law has this parameter.
+    `law_simulator.py` sets `+` if the document declares a breakaway that rises with the time at
+    rest (`dwell`).
 
     `slow`, `fast`: largest friction [N] in a slow and in a fast ramp of the force.
     """

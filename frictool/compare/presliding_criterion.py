@@ -23,8 +23,8 @@ class PreslidingResult:
     """Measures of presliding.
 
     - compliance: True if the contact yields to a force below breakaway and springs back
-    - closure: difference of the friction at the ends of the inner loop, divided by the breakaway;
-      None without compliance
+    - closure: change of the friction from the start to the end of the inner loop, divided by the
+      breakaway; None without compliance
     - area: area of the last outer loop, divided by the breakaway times the largest presliding
       displacement; None without compliance
     """

@@ -3,9 +3,9 @@
     mode 0   v' = -p0 v, F = u           C_{0->1}: |u| > F_s and (sign u = sign v or t_0 >= T_0)
     mode 1   Stribeck's law              C_{1->0}: (3.2)
 
-v is the velocity, u the effort, F the friction, m the mass, F_s the breakaway, and p0 the rate at
-which the velocity of a stuck body decays. C_{i->j} is the condition for the switch from mode i to
-mode j.
+v is the velocity, u the effort, F the friction, m the mass, F_s the breakaway, and p0 the decay
+rate of the remaining velocity after the switch to stick. C_{i->j} is the condition for the switch
+from mode i to mode j.
 
 The state is z = [t_0]. t_0 is the time at rest, limited to T_0 (3.28). The condition t_0 > T_0 of
 (3.30) would therefore never be met; the code uses t_0 >= T_0. T_0 = 0 gives the simplified C_{0->1}

@@ -46,7 +46,7 @@ class HybridBench:
 class HybridSettings:
     """Simulation parameters of a hybrid version.
 
-    - convergence_rate: p0, rate at which the velocity of a stuck body decays, 1/s
+    - convergence_rate: p0, decay rate of the remaining velocity after the switch to stick, 1/s
     - capture_velocity: Sigma, speed below which a slipping body may be captured, m/s | rad/s
     - step, shortest_step: longest and shortest integration step T_e and T_e_min, s
     - hold_time: T_0, shortest time at rest before a breakaway against the last velocity, s

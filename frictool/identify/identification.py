@@ -184,8 +184,8 @@ class _Estimate(NamedTuple):
     """Estimate of all parameters.
 
     - logs: logs with the fitted load subtracted from the effort of the ramps
-    - free: fit of the sliding logs in which no parameter is fixed at a value of the bench
-    - wider: fit with intervals widened by effects
+    - free: fit of the sliding logs, without fixing any parameter at its bench value
+    - wider: fit of `outcome`, with intervals widened for disturbing effects that the model lacks
     """
 
     logs: AxisLogs

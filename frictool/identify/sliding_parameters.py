@@ -109,11 +109,11 @@ def _with_fitted_values(
 
 
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
-    """Return the fit with intervals widened by effects that the model does not include.
+    """Return the fit with intervals widened for disturbing effects that the model lacks.
 
-    The intervals do not change if the drive was off, since no effort then shows the effects. They
-    do not change either if a comparison method has a large force error; `fit_warnings` warns of
-    this error.
+    The intervals do not change if the drive was off, because the effort then does not show the
+    effects. The intervals do not change either if a comparison method has a large force error;
+    `fit_warnings` warns of this error.
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):

@@ -3,10 +3,9 @@
 The axis depends on inertia J, viscous friction sigma, Coulomb friction F and drive constant K
 through the ratios K/J, F/J and sigma/J (axis_forms.py); a fourth ratio, the load divided by the
 inertia, has the same interval in all cells. A cell is a box of the first three ratios. The search
-halves the cells that are not proved. A cell is written as its path from the box of all ratios: one
-letter for each halving, c (constant), f (Coulomb friction) or v (viscous friction) for the lower
-half, C, F or V for the upper half. K/J and F/J are halved at their geometric mean, sigma/J at its
-arithmetic mean.
+halves the cells that are not proved. A cell is written as its path from the box of all ratios, with
+one letter for each halving: c (K/J), f (F/J) or v (sigma/J) for the lower half, C, F or V for the
+upper half. K/J and F/J are halved at their geometric mean, sigma/J at its arithmetic mean.
 
 A hold is an interval of time with a constant reference. A cell is proved if every hold of the
 scenario is proved from every position at which the previous hold may end. In a proved hold, the

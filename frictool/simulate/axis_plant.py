@@ -50,7 +50,7 @@ class AxisPlant:
             refuse(
                 names.model,
                 "resonances",
-                f"found resonances of {links}; allowed for a simulation as one axis: none; "
+                f"found resonances of {links}; a simulation as one axis cannot contain resonances; "
                 "simulate the mechanism, or the result of `frictool reduce --reduced`",
             )
         for key in ("sources", "duration_s"):

@@ -42,7 +42,7 @@ SIGNALS = {ETA: SEES_ETA, DIFFERENCE: SEES_DIFFERENCE, SPEED: SEES_SPEED}
 
 
 class PlantMargins:
-    """Function that maps a plant to the modulus margin of one controller's loops.
+    """Function that maps a plant to the smallest modulus margin of one controller's loops.
 
     The matrices of a scheduled controller are interpolated for the parameters of the plant.
     """

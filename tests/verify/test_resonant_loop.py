@@ -122,5 +122,5 @@ def test_one_axis_does_not_play_a_model_with_resonances(stiff: Controller, tmp_p
     refused(
         run("simulate", tmp_path / "model.yaml", *arguments),
         3,
-        "resonances: found resonances of belt; allowed for a simulation as one axis: none",
+        "resonances: found resonances of belt; a simulation as one axis cannot contain resonances",
     )

@@ -23,12 +23,14 @@ from frictool.typing import IntVector, Vector
 
 @bare_kernel
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
-    """Fill NEED and NEED_HIGH with each block's force range; return False if a range is empty.
+    """Fill NEED and NEED_HIGH with the lowest and highest force that keeps each block at rest.
 
-    sided: True to restrict the load of each self-locking joint to one side of the kink, the force
-    at which the slope of the loss changes. The branch of the joint (state.py) selects the side. If
-    the branch is 0 and `towards` is 0, the load must be at the kink. If the branch is 0 and
-    `towards` is 1 or -1, the load must be on the side on which the joint drives while the root
+    Return False if the range of a self-locking joint is not on the side that `sided` requires.
+
+    sided: True to restrict the load of each self-locking joint to one side of its kink. The kink is
+    the force at which the slope of the loss changes. The branch of the joint (state.py) selects the
+    side. If the branch is 0 and `towards` is 0, the load must be at the kink. If the branch is 0
+    and `towards` is 1 or -1, the load must be on the side on which the joint drives while the root
     moves in the direction `towards`.
     """
     k, p, modes, members, _, w = tree

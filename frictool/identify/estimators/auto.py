@@ -5,14 +5,14 @@ determines which loads and disturbing effects the logs support (`explanation_sea
 steps fit the sliding parameters together with these loads and effects.
 
 1. If the differentiated velocity is too inaccurate (`assess/identifiability.py`), the method of
-   sines is used, and steps 2 to 4 are skipped. These steps are not skipped if sines give no finite
-   intervals, or if least squares are far more precise: the intervals by least squares overlap those
-   by sines and have at most half the width.
+   sines is used, and steps 2 to 4 are skipped, with two exceptions: the method of sines gives no
+   finite intervals; or the intervals by least squares overlap the intervals by sines, and are less
+   than half as wide.
 2. If the intervals of `least_squares` and `power_balance` do not overlap, friction at low speed is
    not the sum of viscous and Coulomb friction, and `power_balance` is preferred.
 3. Otherwise `least_squares` is preferred.
-4. The methods of steps 2 and 3 are compared with output error by their prediction of strokes that
-   the fit did not use (`method_comparison`). The preferred method is used if its prediction error
+4. The methods of steps 2 and 3 and the method output error are compared: each predicts strokes that
+   its fit did not use (`method_comparison`). The preferred method is used if its prediction error
    is at most a tenth larger than the smallest prediction error.
 5. If these steps do not identify the inertia, the weak form estimates the inertia if `assess`
    proposes this method. Otherwise, output error estimates the inertia.

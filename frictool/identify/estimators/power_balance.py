@@ -25,7 +25,7 @@ POWER_BALANCE = "power-balance"
 
 
 def by_speed(samples: RegressionSamples) -> Vector:
-    """Return the weight of each row in the power balance, (n,), which is the speed |v|."""
+    """Return the weights (n,) of the rows in the power balance: the speed |v| of each row."""
     return np.abs(samples.velocity)
 
 

@@ -95,13 +95,14 @@ def scan_date(text: NDArray[np.uint8], at: int, order: int) -> tuple[int, int]:
 
 @kernel
 def scan_stamp(text: NDArray[np.uint8], at: int, comma: bool, order: int) -> tuple[int, int, int]:
-    """Return (time in ns, end, NUMBER or NO_NUMBER) of the time stamp at `text[at]`.
+    """Return (time in ns, end, status) of the time stamp at `text[at]`.
 
-    text: bytes (n,); the last byte must not be part of a time stamp.
+    text: bytes (n,); the last byte is an end marker, such as a line feed, outside the time stamp.
     comma: True if a comma may precede the fraction of a second; False if a comma ends a cell.
     order: order of the parts of a date (YEAR_FIRST, DAY_FIRST, MONTH_FIRST).
 
-    The end is the index after the time stamp.
+    The end is the index after the time stamp. The status is NUMBER, or NO_NUMBER if there is no
+    valid time stamp.
     """
     days = 0
     if _whole(text, at, 2) < 0 or text[at + 2] != COLON:

@@ -115,9 +115,10 @@ def reversed_signal(effort: str, position: Vector, reference: Vector | None) -> 
 def reversal(name: str, bench: Bench | None) -> str:
     """Return advice how to reverse a signal in bench.yaml; name: element of `SignCheck.reversed`.
 
-    If either the position or the drive may be reversed, the advice is to reverse the position. If
-    the log has a reference and a position that is not in counts, the drive is reversed instead,
-    since position and reference would otherwise contradict each other.
+    If `name` is "position or ...", reversing either signal corrects the signs, and the advice is to
+    reverse the position. If the log has a reference and a position that is not in counts, the
+    advice is to reverse the drive, because position and reference would otherwise contradict each
+    other.
     """
     channel, *others = name.split(" or ")
     if bench is None:
