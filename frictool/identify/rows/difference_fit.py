@@ -44,7 +44,8 @@ def differenced_fit(
         used, weight[weight > 0.0], memory, settings.confidence, {"time_constant": time_constant}
     )
     impulse = np.zeros(50 * memory)
-    # impulse response to the second difference of one position, after samples at rest
+    # input of the filter: second difference of a unit impulse of the position, after samples at
+    # rest
     impulse[1:4] = np.array([1.0, -2.0, 1.0]) / records[0].period ** 2
     response = _low_pass(impulse, time_constant, records[0].period)
     return refuse_hidden_inertia(
@@ -71,7 +72,7 @@ def differenced(records: list[MotionRecord], time_constant: float) -> tuple[Regr
 
 
 def memory_of(time_constant: float, period: float) -> int:
-    """Return the number of samples in three time constants, the memory of the filter."""
+    """Return the memory of the filter: the number of samples in three time constants."""
     return math.ceil(3.0 * time_constant / period)
 
 
@@ -106,9 +107,9 @@ def _rows(record: MotionRecord, time_constant: float) -> RegressionSamples:
 def _low_pass(signal: Vector, time_constant: float, period: float) -> Vector:
     """Return a signal (n,) filtered by 1/(time_constant s + 1), discretised by Tustin's method.
 
-    Zero-order hold would pass a part of the encoder's noise at half the sampling rate, which
-    changes the inertia in table 4.1 of the thesis by -13 %. The filter starts settled at the first
-    value.
+    Zero-order hold would pass a part of the encoder's noise at half the sampling rate; this noise
+    changes the inertia in table 4.1 of the thesis by -13 %. The filter starts in the steady state
+    of the first value.
     """
     if time_constant == 0.0:
         return signal

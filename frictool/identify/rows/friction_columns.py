@@ -30,7 +30,8 @@ from frictool.typing import Vector
 
 HIGHEST = 6  # highest order of the polynomials, as for the breakaway
 CUBIC = 3  # degree of the Savitzky-Golay polynomial
-# length of this polynomial relative to the window; a longer one is biased at the top speeds
+# length of the polynomial's window relative to the test function's window; the speed of a longer
+# polynomial is biased at the top speeds
 SPEED_SHARE = 0.3
 
 
@@ -50,7 +51,7 @@ class FrictionRows:
     bell: Vector
 
     def under_bell(self, values: Vector) -> Vector:
-        """Return for each row, (m,), the mean of `values` (n,) weighted by the test function."""
+        """Return the means (m,) of `values` (n,), weighted by the test function of each row."""
         return np.convolve(values, self.bell, mode="same")[self.kept]
 
 

@@ -33,7 +33,8 @@ from frictool.identify.rows.load_terms import (
 from frictool.identify.rows.smoothing import bump
 from frictool.typing import Vector
 
-# least share of a harmonic that the other columns must not explain; 1 over whole cycles
+# least share of a harmonic's column that the other columns do not explain; the share is 1 over
+# whole cycles
 LEAST_SHARE = 0.005
 
 

@@ -107,8 +107,8 @@ class OmittedParameters:
     def _hidden_load_shift(self, cluster: IntVector, confidence: float) -> Vector:
         """Return the change (p,) of the fitted parameters if the fit includes the hidden loads.
 
-        The half widths of the fit with hidden loads are added. The result is inf if this fit is not
-        determined.
+        The half widths of the fit with hidden loads are added. The result is inf if the rows do not
+        determine this fit.
         """
         with_loads, without = (
             self._solution([*self.free, *more], cluster) for more in (self._hidden, [])

@@ -6,9 +6,9 @@ smoothing spline (Wahba 1978): the coefficients of the P_k are random and indepe
 and standard deviation t/k^2.
 
 In a test with one sine, |speed| is an even function of the distance from the middle of the stroke.
-The columns of the even orders then resemble that of viscous friction, and the fitted interval of an
-even order may be wider than its interval under the prior. Such an order is left out of the fit;
-`further_orders.py` widens the intervals of the other parameters for it.
+The columns of the even orders then resemble the column of viscous friction, and the fitted interval
+of an even order may be wider than its interval under the prior. Such an order is left out of the
+fit; `further_orders.py` widens the intervals of the other parameters for the omitted order.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ def spline_scale(orders: Vector, coefficients: Vector) -> float:
 
 
 def weak_orders(parameters: Mapping[str, Interval], confidence: float) -> tuple[str, ...]:
-    """Return the fitted orders whose intervals are wider than those of the prior.
+    """Return the fitted orders whose intervals are wider than their intervals under the prior.
 
-    For the scale t of the prior, the variance of each coefficient is subtracted from its square;
-    a negative difference counts as 0. The result is empty if every order is that imprecise, because
-    the effect would then lose all its columns.
+    For the scale t of the prior, the square of each coefficient is reduced by the coefficient's
+    variance; a negative difference counts as 0. The result is empty if all orders have such wide
+    intervals, because the effect would otherwise lose all its columns.
     """
     fitted = {name: parameters[name] for name in FITTED_ORDERS if name in parameters}
     if not fitted:

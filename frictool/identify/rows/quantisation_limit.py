@@ -3,9 +3,9 @@
 The test is thesis (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of
 the second difference. Quantisation changes the acceleration by at most D_a = step/2 sum|h|, which
 shifts the inertia J by up to J D_a/a. Here a is the rms of the acceleration that the other
-regressors do not explain: in strokes of one speed, the acceleration is small, and proportional to
-the difference from this speed. Identification is useful only if the shift is less than the half
-width of the interval of the inertia in bench.yaml.
+regressors do not explain: in strokes of one speed, a is small, because the acceleration is nearly
+proportional to the difference from this speed. Identification is useful only if the shift is less
+than the half width of the interval of the inertia in bench.yaml.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def hidden_by_noise(noise: float, own: float, bench: Bench) -> bool:
 
 
 def _known(prior: Quantity) -> float:
-    """Return the half width of the interval in bench.yaml, or the value without an interval."""
+    """Return the half width of the interval in bench.yaml, or the value if it has no interval."""
     return 0.5 * (prior.interval[1] - prior.interval[0]) or prior.value
 
 

@@ -27,7 +27,7 @@ from frictool.identify.rows.load_columns import by_direction, indistinct_terms
 from frictool.identify.rows.omitted_parameters import OmittedParameters
 from frictool.typing import IntVector, Vector
 
-# least number of strokes in each direction; with a single one, a difference between directions
+# least number of strokes in each direction; with a single stroke, a difference between directions
 # cannot be separated from a difference between strokes
 FEWEST_STROKES = 2
 ONE_DIRECTION = (
@@ -39,7 +39,7 @@ KNOWN_OFFSET = {
     "offset": "the motion has one direction only; the bench's offset is subtracted from the "
     "Coulomb friction"
 }
-# fields of RegressionSamples with one value a row
+# fields of RegressionSamples with one value per row
 ROW_SIGNALS = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
 
 
@@ -72,7 +72,7 @@ class RegressionSamples:
 
     @property
     def split_coulomb(self) -> bool:
-        """Return True if Coulomb friction differs by direction; there is then no offset to fit."""
+        """Return True if Coulomb friction differs by direction; the offset is then not fitted."""
         return self.terms is not None and "coulomb_by_direction" in self.terms
 
     @property

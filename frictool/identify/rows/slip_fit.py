@@ -53,8 +53,8 @@ from frictool.identify.rows.strokes import Strokes, find_strokes
 from frictool.identify.rows.temperature_law import with_temperature_law
 from frictool.typing import Vector
 
-# smallest and largest share of noise in the acceleration (`smoothing`), which decrease the inertia
-# by 0.006 % and 1 %
+# smallest and largest share of noise in the acceleration (`smoothing`); this noise decreases the
+# inertia by 0.006 % and 1 %
 SMALLEST_SHARE, LARGEST_SHARE = (0.0075, 0.1)
 WITH_BENCH_INERTIA = (
     "the loads over the position are fitted with the bench's inertia; their intervals include "
@@ -135,9 +135,10 @@ def slipping_fit(
 def _unattenuated(result: SlidingFit, own: float, noise: float, bench: Bench) -> Interval:
     """Return the fitted inertia, with an interval that includes the inertia of a fit without noise.
 
-    Noise with the rms `noise` multiplies the inertia by 1 - noise^2/own^2, where `own` is the rms
-    of the acceleration that the other regressors do not explain. The upper end is limited to that
-    in bench.yaml or, if larger, that of the fitted interval.
+    Noise of the acceleration with the rms `noise` multiplies the inertia by 1 - noise^2/own^2,
+    where `own` is the rms of the acceleration that the other regressors do not explain. The upper
+    end of the result is at most the upper end in bench.yaml or, if larger, the upper end of the
+    fitted interval.
     """
     fitted = result.parameters["inertia"]
     left = max(1.0 - noise**2 / own**2, 0.0)

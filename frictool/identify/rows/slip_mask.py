@@ -34,13 +34,14 @@ from frictool.identify.rows.strokes import COUNTS, Strokes
 from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Vector
 
-NOISE_COUNTS = 2.0  # least motion in a window, in counts; with less, the axis may be at rest
-# share of the top speed; below it breakaway, Stribeck effect and stick-slip may act
+NOISE_COUNTS = 2.0  # least motion in a window, counts; with less motion, the axis may be at rest
+# share of the top speed; below this speed, breakaway, Stribeck effect and stick-slip may act
 SPEED_SHARE = 0.02
-# speed between two faster parts of a stroke, relative to them, below which the axis may rest
+# speed between two faster parts of a stroke, relative to the slower of these parts, below which the
+# axis may rest
 REST_SHARE = 0.1
-# An axis that turns without a rest is in the last count of a stroke for at most TURN times the time
-# that it needs for one count at the speed before.
+# An axis that turns without a rest stays in the last count of a stroke for at most TURN times the
+# duration of one count at the speed before this count.
 TURN = 4.0
 
 
@@ -102,7 +103,7 @@ def slip_mask(
 
 
 def _certain_motion(record: MotionRecord) -> float:
-    """Return the change of the measured position that noise does not cause, rad | m."""
+    """Return the least change of the measured position that noise does not cause, rad | m."""
     return COUNTS * math.sqrt(12.0) * position_noise(record)
 
 
@@ -146,7 +147,7 @@ def remove_rests(speed: Vector, number: IntVector, before: Vector) -> None:
     """Set the speed (n,) to 0 where the axis may rest between faster parts of a stroke.
 
     The speed there is below REST_SHARE of an earlier and of a later speed in the stroke. `number`
-    is the number of the stroke of each sample, (n,). `before` (n,) is overwritten.
+    is the number of the stroke of each sample, (n,). `before` (n,) is a work array.
     """
     n = speed.shape[0]
     fastest = 0.0

@@ -11,7 +11,7 @@ position, v the velocity, u the effort, and T the sample period.
 - c * x: acceleration by the Savitzky-Golay filter
 - dx: central difference (x[k+1] - x[k-1])/(2 T)
 - u_: mean effort over the time of the second difference (`effort_weights`). For a held effort, this
-  mean is (u[k-1] + u[k])/2; for an effort behind a long lag, about (u[k-1] + 4 u[k] + u[k+1])/6.
+  mean is (u[k-1] + u[k])/2; for an effort after a long lag, about (u[k-1] + 4 u[k] + u[k+1])/6.
 
 The window W is the smallest odd number of samples with which the noise of the position causes at
 most the fraction s of the rms acceleration. W is between 11 samples and a sixth of the median
@@ -36,9 +36,9 @@ from frictool.typing import Matrix, Vector
 
 DEGREE = 3
 SHORTEST = 11  # samples, shortest window
-STROKE_SHARE = 1.0 / 6.0  # longest window relative to a stroke; a longer one leaves too few samples
+STROKE_SHARE = 1.0 / 6.0  # longest window relative to a stroke, so that enough samples are left
 BLOCK = 1024  # samples filtered at a time
-ROWS = 256  # windows multiplied at a time: they stay in the processor's cache
+ROWS = 256  # windows multiplied at a time, so that they stay in the processor's cache
 # largest number of samples at which the acceleration is evaluated to choose a window
 GRID_POINTS = 20_000
 FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # root of the sum of squares of (1, -4, 6, -4, 1)

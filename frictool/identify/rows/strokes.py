@@ -13,11 +13,12 @@ from frictool.identify.rows.smoothing import position_noise
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-# least motion back after a reversal, in encoder counts; one count to and fro is quantisation
+# least motion back after a reversal, in encoder counts; quantisation causes one count to and fro
 COUNTS = 1.5
-# least motion back after a reversal, relative to the range; less is noise of a fine encoder
+# least motion back after a reversal, relative to the range; noise of a fine encoder causes less
 SHARE_OF_RANGE = 1e-3
-# and in standard deviations of a position noise that exceeds an encoder count
+# least motion back after a reversal, in standard deviations of the position noise, if this standard
+# deviation exceeds an encoder count
 NOISES = 8.0
 
 
@@ -66,7 +67,7 @@ def fill_strokes(
 
     - starts: first sample of each stroke, (m,)
     - fresh: True for the first stroke after a gap, (m,)
-    - threshold: least distance of a stroke in motion, rad | m
+    - threshold: least distance of a stroke; a shorter stroke counts as rest, rad | m
     """
     n, strokes = position.shape[0], starts.shape[0]
     for stroke in range(strokes):

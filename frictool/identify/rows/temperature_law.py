@@ -79,7 +79,7 @@ def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> Sl
 def with_reference(laws: Laws | None, records: Sequence[MotionRecord]) -> Laws | None:
     """Return the laws with the reference temperature of the records.
 
-    The laws are returned unchanged if they have a temperature, or if a record has no temperature.
+    The laws are returned unchanged if they already have a temperature, or if a record has none.
     """
     law = temperatures(records)
     if law is None or (laws is not None and laws.temperature is not None):

@@ -79,7 +79,7 @@ def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, flo
         samples, window = slipping(records, alone, SMALLEST_SHARE, None)
     except UnusableLogs:
         return 0.0, 0.0, 0.0
-    # without a shape, the second column of the effect is s h
+    # if all exponents are 0, the second column of the effect is s h
     excess = samples.sign * samples.loads["coulomb_temperature"]
     every = max(1, excess.size // MOST_ROWS)
     signals = (*samples.columns, excess, samples.effort)
