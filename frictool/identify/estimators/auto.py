@@ -60,7 +60,7 @@ from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.slip_fit import weighted_fit
 
 STRIBECK_CURVE = "stribeck-curve"
-FAR = 0.5  # least squares are used if their half widths are at most this share of those of sines
+FAR = 0.5  # ratio of half widths, least squares to sines, below which least squares are used
 WEAK_DETAILS = ("window", "position_order")
 DROPPABLE = ("viscous", "offset")
 
@@ -107,9 +107,9 @@ def _with_simulated_inertia(
     """Return `fit` with the inertia estimated by output error, which needs no differentiation.
 
     The effort of disturbing effects, which the simulation lacks, widens the interval of the
-    inertia. An error of the simulated position may also look like a change of the inertia. The
-    relative half width added for this is the rms position error divided by the rms motion that is
-    due to the inertia.
+    inertia. An error of the simulated position may also look like a change of the inertia. For this
+    error, a relative half width is added: the rms position error divided by the rms motion due to
+    the inertia.
 
     `fit` is returned unchanged if this ratio is 1 or more, if the simulation contradicts the
     friction of `fit`, or if the bench has a load.
@@ -212,11 +212,11 @@ def _of_runs(
     """Return the Stribeck curve of the parts at constant speed, or the fit of whole strokes.
 
     `strokes` is the fit of whole strokes (`_of_strokes`), or None if this fit is still to be
-    computed. The fit of whole strokes is returned if inertia, viscous friction and Coulomb
-    friction are fitted, the interval of the inertia is informative (`why_uninformative`), and
-    friction does not fall with speed. Otherwise, the curve is fitted with this inertia if its
-    interval is informative, else with that in bench.yaml. Raises UnusableLogs if the parts do not
-    determine a curve.
+    computed. The fit of whole strokes is returned if inertia, viscous friction and Coulomb friction
+    are fitted, the interval of the inertia is informative (`why_uninformative`), and friction does
+    not fall with speed. Otherwise, the curve is fitted with the inertia of `strokes` if its
+    interval is informative, else with the inertia in bench.yaml. Raises UnusableLogs if the parts
+    do not determine a curve.
     """
     why = (
         "most of the motion consists of runs at constant speed"

@@ -1,4 +1,4 @@
-"""Power balance with the equation of motion multiplied by sqrt(2)/V, with the speed amplitude V.
+"""Power balance, with the equation of motion multiplied by sqrt(2)/V; V is the speed amplitude.
 
 M_2 is the 2 x 2 submatrix of the normal matrix for viscous and Coulomb friction. For a sine of
 amplitude sqrt(2) in SI units, the condition number of M_2 is 19, the least possible for a sine
@@ -23,7 +23,7 @@ from frictool.identify.rows.regression_samples import RegressionSamples, fit
 from frictool.identify.rows.slip_fit import slipping_fit
 from frictool.typing import Vector
 
-BEST_SPEED = math.sqrt(2.0)  # speed amplitude with the least condition (4.30)
+BEST_SPEED = math.sqrt(2.0)  # speed amplitude with the least condition number of M_2 (4.30)
 
 
 def condition_m2(velocity: Vector, sign: Vector) -> float:

@@ -8,15 +8,15 @@ offset. The hypotheses are:
   numbers from the spectrum of the residual over the position or, for few periods, from repeated
   fits (`position_spectrum`)
 - effects that only disturb the fit (`rows/effects.py`), such as an offset that drifts
-- viscous friction that differs by direction; the search compares it with the other hypotheses but
-  does not add it, because `structure_selection` decides on it
+- viscous friction that differs by direction; the search only compares this hypothesis with the
+  others, because `structure_selection` decides whether it is used
 
 A fit to one half of the strokes predicts the effort of the other half. The hypothesis with the
 smallest prediction error is used if it passes two tests: the squared prediction errors decrease
 significantly and noticeably, and the parameters of the hypothesis differ significantly from 0
 (`joint_test`). A load is rejected if an effect predicts the strokes equally well, or if the load no
 longer explains effort with smoothing windows of twice the length. A load that noise hides is used
-if it passes both tests with these windows. At the end, a hypothesis is removed again if the
+if it passes both tests with these longer windows. At the end, a hypothesis is removed again if the
 prediction errors increase little without the hypothesis, or if a parameter that cannot be negative,
 such as friction proportional to the inertial load, has become negative.
 
@@ -86,11 +86,12 @@ LONGEST_SHARE = 0.25  # longest window of `smoother`, relative to a stroke
 FALSE_ALARM = 0.02  # probability that any hypothesis is significant if all are wrong
 ROWS_PER_WINDOW = 8  # number of rows per length of a smoothing window
 MOST_ROWS = 8_000  # approximate largest number of rows of all records
-# largest number of samples that are searched; in longer logs, only PARTS evenly spaced parts are
+# largest number of samples that are searched; in longer logs, PARTS evenly spaced parts are
+# searched
 MOST_SAMPLES, PARTS = 300_000, 20
 MOST_LEFT = 3  # largest number of hypotheses that are reported as left in the residual
-# largest squared prediction error, relative to that without the hypothesis, at which an effect is
-# used and a hypothesis is reported
+# largest squared prediction error, relative to the error without the hypothesis, at which an effect
+# is used and a hypothesis is reported
 NOTICEABLE = 0.95
 ECCENTRICITY = "eccentricity"
 NOISY = 2.0 * SMALLEST_SHARE  # share of noise above which the acceleration counts as noisy
@@ -232,8 +233,8 @@ class ExplanationSearch:
         """Return the regression rows `samples`, reduced to triangular matrices by QR.
 
         `waves` are the wave numbers [1/rad | 1/m] of the ripples with columns in `samples`. The
-        base columns, which every fit includes, are those of the sliding parameters without a fixed
-        value, and those of the loads that the bench declares.
+        base columns, which every fit includes, are the columns of the sliding parameters without a
+        fixed value, and of the loads that the bench declares.
         """
         names = parameters_of(samples)[0]
         plain, _, cluster, stroke = reduced(
@@ -301,7 +302,7 @@ class ExplanationSearch:
 
         On a rotary axis, a ripple has a whole number of cycles a turn. With few periods within the
         travel, the other loads resemble the ripple, so that the spectrum of the residual does not
-        show its number. `ripple` explains parameters and result.
+        show the ripple's number of cycles. `ripple` explains parameters and result.
         """
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if not self.rotary or position is None or len(waves) == MOST_HARMONICS:
@@ -310,7 +311,7 @@ class ExplanationSearch:
         return None if peak is None else (self._harmonic(waves, peak.number), peak)
 
     def _harmonic(self, waves: tuple[float, ...], number: float) -> Hypothesis:
-        """Return the hypothesis of a ripple with a wave number [1/rad | 1/m] besides `waves`."""
+        """Return the hypothesis of a ripple `number` [1/rad | 1/m] in addition to `waves`."""
         if self.rotary:
             shown = f"{number:.4g} cycles a turn"
             key = f"{{cycles: {number:.4g}, per: {{value: 1, unit: turn}}}}"
@@ -390,7 +391,7 @@ def _hidden(
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
 ) -> tuple[str, ...]:
-    """Return the effects that noise of the acceleration prevents from being tested.
+    """Return the effects that cannot be tested because the acceleration is noisy.
 
     A delay is tested in spite of the noise if, with longer smoothing windows, the delay explains
     more than the noise can hide, and predicts the strokes better than any other hypothesis.
@@ -445,7 +446,7 @@ def search_explanations(
             trials = [one for one in trials if one is not trial]
             continue
         if not _lasting(search, trial, used, waves):
-            break  # an effect would fit these oscillations, too
+            break  # the load fits oscillations that an effect would fit, too
         if trial.hypothesis.term == WARMING:
             cause = next((one for one in usable if one.hypothesis.term == TEMPERATURE), None)
             if cause is not None and _supported(cause, best, used, settings):
@@ -504,8 +505,8 @@ def _smoother_rows(
     """Return the rows with longer smoothing windows, or None if the windows cannot be longer.
 
     Longer windows hardly change the effort of a load, but reduce the noise of the acceleration,
-    which may hide the load. The result is also None if they would remove a ripple with the wave
-    number `kept` [1/rad | 1/m]; None if no ripple has to be kept.
+    which may hide the load. The result is also None if longer windows would remove the ripple with
+    the wave number `kept` [1/rad | 1/m]. `kept` is None if no ripple has to be kept.
     """
     smoother = search.smoother(SMOOTHER)
     if smoother.windows == search.windows:
@@ -524,7 +525,7 @@ def _supported_smoother(
     """Return whether a load improves the prediction clearly if the smoothing windows are longer.
 
     The rms effort of the load must be at least SMALLEST_LOAD times the Coulomb friction, because
-    the longer windows also show errors of other effects, which are small.
+    the longer windows also show small errors of other effects.
     """
     one = trial.hypothesis
     if not one.is_load:
@@ -546,7 +547,7 @@ def _supported_smoother(
 def _renumbered(
     used: Sequence[Hypothesis], waves: tuple[float, ...], declared: int
 ) -> tuple[list[Hypothesis], tuple[float, ...]]:
-    """Return the hypotheses and wave numbers [1/rad | 1/m] without those of unused ripples.
+    """Return hypotheses and wave numbers [1/rad | 1/m] without unused ripples, renumbered.
 
     The first `declared` ripples belong to the bench and have no hypothesis.
     """
@@ -673,7 +674,8 @@ def _left(
 ) -> list[Explanation]:
     """Return explanations by significant hypotheses that are not used, at most MOST_LEFT.
 
-    The hypotheses are added one at a time; each reduces the squared prediction errors most.
+    The hypotheses are added one at a time; the next one is the hypothesis that reduces the squared
+    prediction errors most.
     """
     out: list[Explanation] = []
     seen = list(used)

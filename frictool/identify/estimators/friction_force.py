@@ -50,7 +50,7 @@ from frictool.typing import Matrix, Vector
 
 FEWEST_ROWS = 10  # least number of samples that certainly slip, twice the number of regressors
 GRID_POINTS = 60  # grid points of the search for the speed of the largest friction
-SLOWEST, FASTEST = 1e-3, 0.5  # bounds of that speed, relative to the top speed
+SLOWEST, FASTEST = 1e-3, 0.5  # bounds of the searched speed, relative to the top speed
 
 
 def friction_force(
@@ -58,9 +58,9 @@ def friction_force(
 ) -> SlidingFit:
     """Return viscous friction, Coulomb friction, breakaway and offset for a known inertia.
 
-    The inertia is that in bench.yaml. Raises UnusableLogs if `check_records` does, if the cut-off
-    is too high for the sample rate, or if all strokes have one direction and the bench has no
-    `mechanics.offset`.
+    The known inertia is the value in bench.yaml. Raises UnusableLogs if `check_records` raises it,
+    if the cut-off is too high for the sample rate, or if all strokes have one direction and the
+    bench has no `mechanics.offset`.
     """
     check_records(records)
     inertia = known_inertia(bench)

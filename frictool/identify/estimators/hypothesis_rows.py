@@ -108,10 +108,9 @@ class ReducedRows:
         return float(np.linalg.norm(value[chosen]))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return whether the rows determine `tested`, and only `tested` can cause its effort.
+        """Return whether the rows determine `tested`, and noise cannot cause its effort.
 
-        The result is False if noise alone can cause the effort, or if a parameter has an impossible
-        sign.
+        The result is also False if a parameter of `tested` has an impossible sign.
 
         The encoder's noise makes the fitted inertia too small, so that a part of the inertial
         effort is left over. A column of `tested` that resembles the acceleration, or the derivative
@@ -147,10 +146,10 @@ class ReducedRows:
         )
 
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
-        """Return how much added columns reduce the mean square residual because of noise alone.
+        """Return the decrease of the mean square residual that added columns cause by noise alone.
 
-        `fewer` and `more` are the indices of the columns without and with the added ones. Let J be
-        the inertia, n the rms noise of the acceleration, and s^2 the mean square of the
+        `fewer` and `more` are the indices of the columns without and with the added columns. Let J
+        be the inertia, n the rms noise of the acceleration, and s^2 the mean square of the
         acceleration that the other columns do not explain. The noise contributes J^2 n^2 (s^2 -
         n^2)/s^2 to the mean square residual [(N m)^2 | N^2]. Added columns reduce s^2 and thus this
         contribution. If the inertia is fixed, the result is 0.
@@ -167,7 +166,8 @@ class ReducedRows:
     def left_by_others(self, hypotheses: Sequence[Hypothesis]) -> float:
         """Return the mean square of the acceleration that the other columns do not explain.
 
-        The other columns are those of a fit with `hypotheses`. The unit is (rad/s^2)^2 | (m/s^2)^2.
+        The other columns are the columns of a fit with `hypotheses`. The unit is (rad/s^2)^2 |
+        (m/s^2)^2.
         """
         return self._left([k for k in self.columns(hypotheses) if k != 0], 0)
 

@@ -56,10 +56,10 @@ from frictool.typing import Vector
 
 Rows = Sequence[Sequence[SlipRows]]  # slipping samples of each half
 NAMES = {DIRECTION: WHAT["viscous_by_direction"]}
-REFINED = 0.9  # least ratio of the smallest position error to that of the chosen candidate
+REFINED = 0.9  # least ratio of the smallest position error to the chosen candidate's
 # half widths of the regression's interval by which a load must differ from 0
 SURE = 2.0
-MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
+MOST_FORCE = 2.0  # largest allowed force error, relative to the smallest force error
 
 
 @dataclass(frozen=True)

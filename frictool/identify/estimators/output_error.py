@@ -60,10 +60,10 @@ if TYPE_CHECKING:
     from frictool.engine.bench_position_loop import PositionServo
 
 OUTPUT_ERROR = "output-error"
-# largest ratio of the interval of the inertia by regression to that by simulation at which the
-# inertia of the regression is used
+# the inertia by regression is used if its interval, relative to the interval by simulation, is at
+# most this wide
 KNOWN_BETTER = 0.5
-# largest number of clusters; strokes are joined, since each cluster costs a simulation
+# largest number of clusters, since each cluster costs a simulation; more clusters are joined
 MOST_CLUSTERS = 60
 
 
@@ -315,7 +315,7 @@ def _fit(
 
 
 def _own_motion(simulated: SegmentSimulation, fitted: SimulationFit, name: str) -> float:
-    """Return the rms motion [rad | m] by a parameter that the other parameters do not explain."""
+    """Return the rms motion [rad | m] that the parameter `name`, and no other one, explains."""
     index = simulated.names.index(name)
     column, others = fitted.jacobian[:, index], np.delete(fitted.jacobian, index, axis=1)
     own = column - others @ np.linalg.lstsq(others, column, rcond=None)[0]

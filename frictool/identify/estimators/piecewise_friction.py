@@ -13,7 +13,7 @@ penalty p log n is multiplied by n/(n - p - 2), which matters if there are few s
 
 The criterion assumes equal independent errors of all strokes. One stroke with a large error (a
 transient of a soft belt, for example) can therefore justify a knee. For this reason, the change of
-slope at each knee must also differ significantly from 0 in a jackknife, which does not need the
+slope at each knee must also differ significantly from 0 in a jackknife, which does not need this
 assumption.
 
 The search for knees has an additional regressor, the mean acceleration, because an error of the
@@ -69,7 +69,7 @@ class StrokeMeans:
     nuisance: Matrix | None = None
 
     def mean(self, values: Vector) -> Vector:
-        """Return the mean over each part, (m,), of the values of all samples, (n,)."""
+        """Return the means (m,) over the parts of `values` (n,), one value for each sample."""
         return np.asarray(np.add.reduceat(values, self.starts) / self._lengths)
 
     @cached_property
@@ -86,7 +86,7 @@ class StrokeMeans:
         return self.sign * self.mean(within - low)
 
     def share_beyond(self, knee: float) -> Vector:
-        """Return the fraction of samples in each part, (m,), faster than `knee` [rad/s | m/s].
+        """Return the fraction (m,) of each part's samples faster than `knee` [rad/s | m/s].
 
         The fraction is multiplied by the direction, and is thus negative for backward motion.
         """

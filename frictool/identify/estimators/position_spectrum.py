@@ -14,8 +14,8 @@ import numpy as np
 
 from frictool.typing import IntVector, Matrix, Vector
 
-LEAST_PERIODS = 1.5  # periods within the travel; fewer look like a spring
-# periods within the travel of a whole number of cycles a turn that is fitted with the other loads
+LEAST_PERIODS = 1.5  # least number of periods within the travel; fewer periods look like a spring
+# least and largest number of periods within the travel that `best_whole_number` tries
 FEWEST_PERIODS, MOST_PERIODS = (0.75, 3.0)
 BINS_PER_PERIOD = 6  # number of position bins in the shortest period
 OVERSAMPLING = 16  # number of grid points of the wave number per 2 pi/travel

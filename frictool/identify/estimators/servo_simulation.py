@@ -33,15 +33,15 @@ SINE, COSINE = TERMS[GRAVITY]
 ZERO = "zero"  # angle of the pendulum at position 0, rad
 LOOSE = "loose_viscous"  # viscous friction with the torque disabled
 SERVO = ("constant", "goal_speed", "delay", "back_emf")
-DIFFERENCE = 1e-3  # relative step of the numerical derivatives; for smaller ones, residuals jump
+DIFFERENCE = 1e-3  # relative step of the numerical derivatives; for smaller steps, residuals jump
 MARGIN = 1e-4  # least distance of the start from an end of a range, relative to the typical size
-SMALLEST = 1e-3  # least value of a positive parameter in the search, relative to the bench's
+SMALLEST = 1e-3  # least value of a positive parameter in the search, relative to its bench value
 # zero angle of a pendulum if the bench does not state it
 USUAL_ZERO = Quantity(0.0, -0.5, 0.5, "rad")
 DELAY_SHARES = (0.2, 0.4, 0.6, 0.8)  # first delays of the search, as shares of the bench's range
 SHORT_RUNS = 8  # evaluations of the search from each delay
 MOST_RUNS = 60  # largest number of evaluations in the trust region
-FIRST_STROKES = 3  # strokes of a free swing that are added to the search one by one
+FIRST_STROKES = 3  # number of strokes of a free swing that are added to the search one by one
 OTHER_FRICTIONS = (0.8, 1.25)  # Coulomb friction of further starts, relative to the best fit
 FAILED = 10.0  # rad, residual of a failed simulation; it makes the search turn back
 

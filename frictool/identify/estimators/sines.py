@@ -53,8 +53,8 @@ GATE = 0.5  # speed above which samples are used, relative to the largest speed 
 # share of noise in the acceleration (`smoothing`); the velocity only selects the samples
 NOISE_SHARE = 0.02
 FEWEST_STROKES = 8
-# least ratio of the fastest to the slowest stroke's mean speed; below it viscous and Coulomb
-# friction cannot be separated (4.37)
+# least ratio of the fastest to the slowest stroke's mean speed; below this ratio, viscous and
+# Coulomb friction cannot be separated (4.37)
 SPREAD = 1.2
 
 

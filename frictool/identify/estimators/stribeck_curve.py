@@ -44,7 +44,8 @@ from frictool.typing import Matrix, Vector
 
 BLOCK = 50  # samples per block; runs grow block by block
 STRAIGHT_COUNTS = 2.0  # counts, largest distance of a run's position from its line
-# largest deviation of a whole stroke from a line, relative to its distance: half that of a sine
+# largest deviation of a whole stroke from a line, relative to the stroke's distance: half of the
+# deviation of a sine
 WHOLE_SHARE = 0.027
 # share of the moving samples in runs above which a test has constant speeds. Trapezoids of the
 # speed with ramps of a quarter of the stroke have 0.5, tests of `excite --kind speeds` at least
@@ -60,7 +61,7 @@ FEWEST_SPEEDS = 6  # least number of runs in each direction
 NAMES = ("coulomb", "fall", "viscous", "offset")
 FALL = ("breakaway", "stribeck_velocity")
 
-# speed, sign, mean effort, samples and mean acceleration of a run
+# speed, sign, mean effort, number of samples and mean acceleration of a run
 RunRow = tuple[float, float, float, float, float]
 
 

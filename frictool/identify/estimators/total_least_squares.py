@@ -10,8 +10,8 @@ and Van Loan 1980, generalised)
     (M - lambda S) [theta; -1] = 0
 
 lambda is the smallest generalised eigenvalue, which is 1 if S is correct. S is diagonal: the filter
-of the acceleration is even and the filter of the velocity odd, so that the noises of acceleration
-and velocity at the same time are uncorrelated.
+of the acceleration is even and the filter of the velocity odd, so that their noises at one time are
+uncorrelated.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def _fit(
 
 
 def _of_effort(mean: Matrix, noise: Matrix) -> Matrix:
-    """Return `noise` with the residual variance of the effort minus that of motion noise."""
+    """Return `noise` with the effort's variance: residual variance minus that of motion noise."""
     theta = np.append(errors_in_variables(mean, noise), -1.0)
     others = theta[:-1] @ noise[:-1, :-1] @ theta[:-1]
     out = noise.copy()
@@ -118,7 +118,7 @@ def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
     - mean: matrix M of the module docstring, mean of row^T row over the rows [regressors, effort],
       (p + 1, p + 1)
     - noise: matrix S, noise variances of the columns of a row, (p + 1, p + 1); the last variance,
-      that of the effort, must be positive
+      which belongs to the effort, must be positive
 
     Raises UnusableLogs if M is singular.
     """

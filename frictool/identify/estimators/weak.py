@@ -10,7 +10,7 @@ start a sixth of their length apart.
 Columns for friction that depends on the position, and for knees (speeds at which the viscous
 friction changes), are added if they improve the prediction of strokes that the fit did not use
 (`weak_structure`). Coulomb friction and offset are then means over the range of positions, and
-viscous friction is that below the first knee.
+viscous friction is its value below the first knee.
 
 The expected precision (assess/weak_form_precision.py) determines the length of the window, and
 whether the inertia is identifiable. The encoder's noise makes the fitted inertia too small. The
@@ -63,7 +63,7 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.weak_form import bell
 
 OVERLAP = 6  # windows per window length; each starts a sixth of its length after the previous one
-REPEATED = 0.5  # least ratio of clusters to strokes; below it most strokes repeat each other
+REPEATED = 0.5  # least ratio of clusters to strokes; at less, most strokes repeat each other
 
 
 def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSettings) -> SlidingFit:
@@ -85,7 +85,8 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if parameters_of(samples) == (SLIDING, {}):
         structure = choose_structure(samples, parts, OVERLAP, settings.confidence)
     samples = _chosen(samples, parts, structure)
-    # columns of position and knees explain a part of the acceleration: a longer window is better
+    # columns of position and knees explain a part of the acceleration, so that a longer window is
+    # better
     if structure != FrictionStructure():
         share = samples.own_acceleration**2 / float(np.mean(samples.acceleration**2))
         deviation, window = weak_deviation(strokes, axis, sensing, settings.window, share)
