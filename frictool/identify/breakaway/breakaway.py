@@ -89,12 +89,12 @@ class Breakaway:
     - position: position of each onset, (n,), rad | m
     - direction: direction of each onset, (n,), +1 or -1
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: range of the Stribeck velocity after the onset, which `interval` includes
+    - fall: range of the Stribeck velocity after the onset; `interval` includes its effect
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     - load_slope: slope of a load [N m/rad | N/m] that explains the onsets as well as `by_position`
       (`unknown_load.load_slope`), or None
-    - load: unknown part of the load, which `interval` includes
+    - load: unknown part of the load; `interval` includes its effect
     """
 
     interval: Interval
@@ -157,7 +157,8 @@ def breakaway(
         raise inseparable(load, f"breakaway in [{known.low:.3g}, {known.high:.3g}]")
     if best is found[0]:
         return best
-    # the interval allows every load up to `load.most`; the value is that with the fitted load
+    # the interval allows every load up to `load.most`; the value is the breakaway with the fitted
+    # load
     value = min(max(found[0].parameter.value, known.low), known.high)
     return replace(best, interval=replace(known, value=value))
 
@@ -249,7 +250,7 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
 
 
 def _wider(full: Interval, mean: Interval) -> Interval:
-    """Return `full` with both half widths enlarged to sqrt(full^2 + mean^2).
+    """Return `full` with each half width enlarged to sqrt(full^2 + mean^2).
 
     The half width of `mean` includes the uncertainty of the axis parameters.
     """

@@ -74,11 +74,10 @@ def fit_breakaway(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit
 class BreakawayErrors:
     """Errors of the coefficients (p,) of the polynomials of a `BreakawayFit`.
 
-    - ranges: changes (p,) of the coefficients at both ends of the range of an uncertain quantity,
-      for each axis parameter, the rest position and each load parameter
-    - added: possible changes (p,) of the coefficients by a cause whose error is added in full, for
-      the Stribeck curves, a drive train that yields just before the onset, and each load that may
-      act
+    - ranges: for each uncertain quantity (axis parameters, rest position, load parameters), changes
+      (p,) of the coefficients at both ends of its range
+    - added: for each cause whose error is added in full (Stribeck curves, drive train that yields
+      just before the onset, loads that may act), possible changes (p,) of the coefficients
     - half_step: half of the increase of a ramp in one sample, N m | N
     """
 

@@ -17,7 +17,8 @@ follows from the ramp.
 
 The changes may not determine `start`; a single change never does. Another term of the sum therefore
 prefers the value `expected` of `start`. The weight `timing` of this term is the variance of s at a
-change due to sampling, divided by the variance of a uniform start, 1/12 count^2.
+change that is due to sampling, divided by the variance 1/12 count^2 of a uniformly distributed
+start.
 
 If a Stribeck velocity v_s > 0 is assumed, friction at the speed v is lower than the breakaway by
 excess (1 - exp(-(v/v_s)^exponent)). s(t) is then a table from a numerical integration, which uses
@@ -300,7 +301,7 @@ def onset_times(
     - immediate: onset times computed with the Stribeck velocity 0, (m,), s, from which the
       iteration starts; NaN for an onset time that is not known yet
 
-    The other arguments are those of `misfit`.
+    The other arguments are explained in `misfit`.
     """
     m = counts.shape[0]
     found = np.empty((m, 4))

@@ -4,9 +4,9 @@ Each breakaway is described by a line that is fitted to the effort at rest, and 
 which the encoder's count changes after the onset of motion. Onsets inside the backlash after a
 reversal are left out, because only the motor moves there.
 
-Flicker of the encoder between two counts is no motion. A single count is no onset either if a
-longer pause follows, although the effort keeps rising: the drive train has yielded. A sliding axis
-would have moved by the next count earlier (`_later`).
+Flicker of the encoder between two counts is no motion. A single count is no onset either if a long
+pause follows while the effort keeps rising: the drive train has yielded. A sliding axis would have
+reached the next count sooner (`_later`).
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ MOVED_COUNTS = 0.5  # least net distance of a motion, in counts
 CHANGES_USED = 4
 FEWEST_ONSETS = 5
 FEWEST_SAMPLES = 12  # least number of samples of the line at the end of a ramp
-# least difference at the end of a ramp between a cubic and a line at which the ramp is curved: in
-# standard deviations, and relative to the effort
+# a ramp is curved if a cubic and a line differ at its end by more than SIGNIFICANT standard
+# deviations, and by more than CURVED times the effort
 SIGNIFICANT, CURVED = 4.0, 2e-3
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
 # the ramp has ended if the effort is below the line by more than this many standard deviations
@@ -119,7 +119,7 @@ def _moved(record: MotionRecord) -> NDArray[np.bool_]:
 
 
 def share_at_rest(record: MotionRecord) -> float:
-    """Return the duration of all rests before motions, relative to that of the record."""
+    """Return the total duration of the rests before motions, relative to the record's duration."""
     rests = rests_of(_moved(_steady(record)))
     return sum(end - start for start, end in rests) / record.position.size
 
@@ -132,7 +132,7 @@ class _Heaviest(NamedTuple):
 
 
 def _heaviest(bench: Bench, axis: Mapping[str, Interval] | None = None) -> _Heaviest:
-    """Return the upper ends of the intervals in `axis`, or of the bench's ranges if it is None."""
+    """Return the upper ends of the intervals `axis`; without `axis`, of the bench's ranges."""
     mechanics = bench.mechanics
     if axis is None:
         return _Heaviest(max(mechanics.inertia.interval), max(mechanics.viscous.interval))
@@ -163,7 +163,8 @@ def _later(
 ) -> int:
     """Return the index of the next change that may be the onset; `k` if change k may be the onset.
 
-    Change k is no onset in two cases, in which the effort keeps rising along the line before it:
+    Change k is no onset in two cases, in which the effort keeps rising along the line before the
+    change:
     - The position returns.
     - The position changes by one count, and then does not change in a time in which the heaviest
       axis would have slid by more than one count: from speed 0, under the rise of the effort alone.
@@ -289,7 +290,7 @@ class _Line(NamedTuple):
         return LEFT_THE_RAMP * max(self.noise, RELATIVE_NOISE * self.level)
 
     def left(self, record: MotionRecord, end: int, until: int) -> NDArray[np.bool_]:
-        """Return True for each sample from `end` to `until` at which the effort is below it."""
+        """Return True for the samples from `end` to `until` with an effort below the line."""
         after = record.time[end:until] - record.time[end]
         expected = self.level + self.rate * after
         below = self.direction * record.effort[end:until] - expected
@@ -297,7 +298,7 @@ class _Line(NamedTuple):
 
 
 def _line(record: MotionRecord, start: int, end: int) -> _Line | None:
-    """Return the line that |effort| follows up to the sample `end`; None if it is no ramp."""
+    """Return the line that |effort| follows up to the sample `end`; None without a ramp."""
     first = _straight_from(record, start + (end - start) // 2, end)
     if first is None:
         return None
@@ -315,8 +316,8 @@ def _straight_from(record: MotionRecord, first: int, end: int) -> int | None:
     """Return the first sample of the line that the effort follows up to the sample `end`.
 
     A ramp that is set by hand may be straight near its end only. The interval [first, end) is
-    therefore halved until it is straight: a cubic and a line through the effort differ at `end` by
-    noise only, or by at most the fraction CURVED of the effort. Return None if fewer than
+    therefore halved until the effort is straight: a cubic and a line through the effort differ at
+    `end` by noise only, or by at most the fraction CURVED of the effort. Return None if fewer than
     FEWEST_SAMPLES are left.
     """
     while end - first >= FEWEST_SAMPLES:
@@ -324,7 +325,7 @@ def _straight_from(record: MotionRecord, first: int, end: int) -> int | None:
         x = np.linspace(-1.0, 1.0, effort.size)
         fit = np.polynomial.legendre.legfit(x, effort, 3)
         noise = float(np.std(effort - np.polynomial.legendre.legval(x, fit)))
-        # standard deviation of the curve at its end, for independent noise
+        # standard deviation of cubic minus line at the end, for independent noise
         error = noise * np.sqrt((5.0 + 7.0) / effort.size)
         if abs(fit[2]) + abs(fit[3]) <= max(SIGNIFICANT * error, CURVED * abs(float(np.sum(fit)))):
             return first

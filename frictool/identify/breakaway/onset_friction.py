@@ -42,7 +42,7 @@ PRIOR = 12.0  # 1/variance of a rest position that is uniform within its count, 
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities
 ONSETS_COMPARED = 100
 SURELY = 1.0 + 1e-9  # factor on a limit, since a sum in another order is rounded differently
-FIRST_PART = 4  # number of onsets compared before the first decision; it doubles after each
+FIRST_PART = 4  # number of onsets compared before the first decision; each decision doubles it
 
 
 @dataclass(frozen=True)
@@ -204,8 +204,8 @@ class OnsetData:
     ) -> float:
         """Return the mean misfit (`OnsetTable.efforts`) of the onsets for a Stribeck curve.
 
-        The result is inf if the mean exceeds `most`. The evaluation in the order `order` then ends
-        early.
+        The onsets are evaluated in the order `order`. If the mean must exceed `most`, the
+        evaluation ends early, and the result is inf.
         """
         squares: Vector = np.empty(order.size)
         partial_sum = 0.0

@@ -16,7 +16,7 @@ is used:
 - The load is 0, and the interval contains every load up to `load.most`.
 
 If the sliding log shows a ripple that the model lacks, the interval includes this ripple in every
-phase. If all onsets lie within one period of the ripple, their scatter does not show it.
+phase. If all onsets lie within one period of the ripple, their scatter does not show the ripple.
 """
 
 from __future__ import annotations

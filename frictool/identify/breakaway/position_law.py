@@ -22,7 +22,7 @@ from frictool.identify.regression.regression import LeastSquaresSolution, solve
 from frictool.typing import Matrix, Vector
 
 HIGHEST_ORDER = 6
-# number of successive breakaways that form a group treated as one, and least number of groups
+# number of successive breakaways that are treated as one, and least number of such groups
 FOLLOWING, FEWEST_GROUPS = 4, 12
 SURE = 2.0  # standard errors within which two mean squares are treated as equal
 ROWS_PER_TERM = 6  # number of breakaways needed for each coefficient

@@ -21,7 +21,7 @@ from frictool.typing import Vector
 
 FEWEST = 2  # least number of breakaways at one rate
 LARGEST = 1_000_000  # bytes of a table
-UNIT = re.compile(r"\s*[\[(][^\])]*[\])]")  # of a column, in its header
+UNIT = re.compile(r"\s*[\[(][^\])]*[\])]")  # unit of a column, in the header
 EFFORT_UNIT = re.compile(r"effort\s*[\[(]([^\])]*)[\])]", re.IGNORECASE)
 EFFORT_UNITS = ("N m", "Nm", "N")
 SEPARATOR = re.compile(r"\s*[,;\t]\s*|\s+")

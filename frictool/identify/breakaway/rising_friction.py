@@ -4,8 +4,9 @@
                                                        (friction/rising_breakaway.py)
 
 If tau is fixed, the law is linear in `full` and `full (1 - fresh)`; tau is searched. The law is
-used only if it predicts breakaways left out of the fit better than a constant. The ramps must have
-different rates, because the time at rest hardly varies between ramps of the same rate.
+used only if it predicts breakaways left out of the fit better than a constant breakaway does. The
+ramps must have different rates, because the time at rest hardly varies between ramps of the same
+rate.
 """
 
 from __future__ import annotations

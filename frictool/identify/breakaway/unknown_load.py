@@ -51,7 +51,7 @@ def without_free_load(
 ) -> tuple[list[MotionRecord], dict[str, Interval]]:
     """Subtract the load that fits the onsets; return the records, and the axis with the offset.
 
-    The load is fitted together with the offset; its mean over the onsets is 0.
+    The load is fitted together with the offset; the load's mean over the onsets is 0.
     """
     known = dict(axis)
     for _ in range(ROUNDS if load.free else 0):
@@ -105,10 +105,10 @@ def with_further_orders(data: OnsetData, fit: BreakawayFit) -> BreakawayFit:
 def load_slope(positions: BreakawayPositions, fit: BreakawayFit, bench: Bench) -> float | None:
     """Return the slope [N m/rad | N/m] of a load that explains the onsets, or None.
 
-    The load is a spring or, on a rotary axis, gravity. It is fitted together with a friction that
-    is equal in both directions. Such a fit explains the onsets if it needs at most as many
-    parameters as `fit`, and if its leave-one-out errors are not significantly larger. The slope is
-    that of a line through the load at the onsets.
+    The load is a spring or, on a rotary axis, gravity. The load is fitted together with a friction
+    that is equal in both directions. Such a fit explains the onsets if it needs at most as many
+    parameters as `fit`, and if its leave-one-out errors are not significantly larger. The result is
+    the slope of a line fitted to the load at the onsets.
     """
     if not (np.any(positions.direction > 0.0) and np.any(positions.direction < 0.0)):
         return None

@@ -26,7 +26,7 @@ from frictool.typing import Vector
 
 FARTHEST = 30.0  # largest factor between a parameter and its start value in the search
 MOST_STEPS = 40
-# largest standard deviation of a parameter's logarithm; two of them are a factor of ten
+# largest standard deviation of a parameter's logarithm; two such deviations are a factor of ten
 MOST_UNSURE = 1.2
 
 # loops and parameters (p,) in SI -> force (n,), N m | N

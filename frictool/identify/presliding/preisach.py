@@ -1,7 +1,7 @@
 """Preisach distribution, as Everett's table, from cycles that are centred at 0 (thesis 7.2).
 
-The cycles have K amplitudes a = k z/K, k = 1 to K, with the largest amplitude z. Of each cycle, the
-falling branch from +a to -a is used (friction/preisach_cycles.py). The r-th branches of all
+The cycles have K amplitudes a = k z/K, k = 1 to K, with the largest amplitude z. The falling branch
+of each cycle, from +a to -a, is used (friction/preisach_cycles.py). The r-th branches of all
 amplitudes give table r. The result is the mean over all tables. The interval of the mean combines
 Student's interval over the tables and an error of one encoder count.
 """

@@ -137,8 +137,8 @@ class PreslidingLaw(NamedTuple):
     - fit: function of loops and confidence that returns the fitted law
     - document: function of fitted law, inertia and bench that returns the law for the model
       document
-    - predicts: True if the law can predict branches that the fit did not use. Of these laws, the
-      best law has the smallest prediction error.
+    - predicts: True if the law can predict branches that the fit did not use. Among these laws, the
+      law with the smallest prediction error is the best.
     """
 
     fit: Callable[[PreslidingLoops, float], Any]
