@@ -12,7 +12,7 @@ The target is the requested relative half width. The methods are tried in this o
 
 One decision differs from the thesis. If (4.8) exceeds the target for the inertia, the thesis uses
 the a-priori value. Here the weak form is tried first. The weak form is least squares over smoothing
-windows, in which the errors of the counts average out; (4.8) adds them with the worst sign.
+windows, in which the errors of the counts average out; (4.8) adds these errors with the worst sign.
 """
 
 from __future__ import annotations

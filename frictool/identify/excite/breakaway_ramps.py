@@ -38,12 +38,12 @@ from frictool.identify.excite.excitation_sequence import (
 from frictool.plant.axis import DRIVE, POSITION, VELOCITY, AxisParameters, rest
 from frictool.typing import Vector
 
-LATENESS = 0.05  # growth of the effort until the encoder shows a count, over the breakaway
+LATENESS = 0.05  # growth of the effort until the encoder shows a count, relative to the breakaway
 SLOWEST_RISE = 1.0  # s, shortest duration of a ramp up to the expected breakaway
 PAUSE = 0.05  # s, shortest pause at zero before each ramp
 # least Coulomb friction that brings an axis to rest in a pause, relative to the bench's value
 LEAST_BRAKE = 0.05
-# breakaway over Coulomb friction (least, expected, largest) if the bench states no breakaway
+# breakaway divided by Coulomb friction (least, expected, largest) if the bench states no breakaway
 # (tables 4.8 and 4.1)
 RATIOS = (1.0, 1.1, 1.5)
 HEADROOM = 1.1  # top of a ramp relative to the largest breakaway
@@ -143,7 +143,8 @@ def breakaway_ramps(
             f"(largest breakaway) to {limits.drive_limit:.4g} (actuator.limit)"
         )
     slope = rate or effort_rate(bench) / bench.actuator.constant.value
-    # lower bound, checked before long simulations; in open loop, a single ramp may suffice
+    # lower bound of the number of ramps, checked before long simulations; in open loop, a single
+    # ramp may suffice
     fewest = 2 * repetitions * (1 if open_loop else segments)
     remedy = "raise --rate of `excite --kind breakaway`" + " or lower load.most" * (limits.load > 0)
     check_samples(fewest * top / slope, bench.sample_period_s, remedy)

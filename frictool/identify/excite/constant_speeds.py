@@ -19,7 +19,7 @@ from frictool.identify.excite.half_sines import TOP_SHARE, Motion, joined, spare
 
 SPEEDS = 10  # default number of speeds
 DURATION = 60.0  # s, default total duration of all runs at their constant speeds
-FEWEST_SAMPLES = 400  # least number of samples of a run; `stribeck-curve` leaves out its ends
+FEWEST_SAMPLES = 400  # least number of samples of a run; `stribeck-curve` drops a run's ends
 FEWEST_COUNTS = 50.0  # least distance of the slowest run, in encoder counts
 RANGE = 1000.0  # largest ratio of two speeds
 SHORTEST_RAMP = 20  # least number of samples from rest to the speed of a run

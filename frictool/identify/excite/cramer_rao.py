@@ -43,7 +43,7 @@ from frictool.typing import Vector
 # order of the columns of G and of every bound
 SLIDING = ("inertia", "viscous", "coulomb", "offset")
 DELAY = "delay"
-NOISE_COUNTS = 2.0  # samples closer to the end of the backlash, in counts, are not used
+NOISE_COUNTS = 2.0  # distance from the end of the backlash, counts; closer samples are not used
 SLOWEST = 0.02  # smallest speed of a used sample, relative to the top speed of the stroke
 
 

@@ -17,7 +17,7 @@ from frictool.runtime.object_view import ResultView
 from frictool.typing import Vector
 
 LONGEST = 3600.0  # s, longest test whose duration the user has not chosen
-MOST_SAMPLES = 10_000_000  # samples of the longest test; a longer test is probably a wrong setting
+MOST_SAMPLES = 10_000_000  # samples of the longest test; a longer test is probably due to an error
 
 
 @dataclass(frozen=True, eq=False, repr=False)

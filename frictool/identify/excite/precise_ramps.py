@@ -35,7 +35,8 @@ from frictool.identify.excite.precise_strokes import QUANTILE, PreciseTest, Prec
 from frictool.typing import Vector
 
 RATES = np.geomspace(0.02, 1.0, 35)  # relative to the rate of `excite --kind breakaway`
-# least number of onsets in both directions together; `identify` needs 5, and may drop half
+# least number of onsets in both directions together; `identify` needs 5, and may drop half of the
+# onsets
 FEWEST_ONSETS = 24
 
 
@@ -64,7 +65,7 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
         check_samples(request.duration, bench.sample_period_s)
     design = _RampDesign(bench, request, effort_rate(bench) * RATES)
     written: dict[tuple[int, int], ExcitationSequence] = {}
-    # for each rate, duration of the written test relative to that of SPARE ramps for each onset;
+    # for each rate, duration of the written test relative to the duration of SPARE ramps per onset;
     # above 1 if a slow axis needs more ramps, inf if the rate is impossible
     excess = np.ones(RATES.size)
     refusal = None
@@ -121,9 +122,9 @@ class _RampDesign:
     rates: Vector
 
     def best(self, excess: Vector) -> RampPlan:
-        """Return the shortest plan, or the most precise one of the requested duration.
+        """Return the shortest plan, or the most precise plan of the requested duration.
 
-        excess: for each rate (n,), duration of a test relative to that of SPARE ramps for each
+        excess: for each rate (n,), duration of a test relative to the duration of SPARE ramps per
         onset. Raises NoSolutionError if no rate is possible.
         """
         request = self.request

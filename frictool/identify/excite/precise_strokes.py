@@ -35,11 +35,13 @@ from frictool.typing import Vector
 
 CONFIDENCE = 0.95  # confidence of the promised intervals
 QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
-# assumed half width of `identify` over half width of least squares over windows, before simulation
+# half width by `identify`, divided by the half width of least squares over windows; this value is
+# used until a simulation has determined the ratio
 EXPECTED_FACTOR = 1.3
 PAUSE = 0.1  # s, duration of one pause
 KIND = "strokes"
-# largest number of times that the variance limits are corrected by expected deviation over bound
+# largest number of times that the variance limits are corrected by the ratio of expected deviation
+# to Cramér-Rao bound
 CORRECTIONS = 8
 MORE = 1.02  # factor on this ratio, so that the corrections end
 

@@ -35,14 +35,14 @@ def condition(speed: float) -> float:
     half = 0.5 * speed**2 + 1.0
     product = speed**2 * (0.5 - 4.0 / math.pi**2)
     largest = half + math.sqrt(half**2 - 4.0 * product)
-    # the smallest eigenvalue is product/largest, since its difference would cancel
+    # the smallest eigenvalue is product/largest; computed as a difference, it would lose its digits
     return largest**2 / (4.0 * product)
 
 
 def longest_distance(limits: BenchLimits) -> float:
-    """Return the length of the longest stroke, which is the travel, rad | m.
+    """Return the length of the longest stroke [rad | m], which equals the travel.
 
-    If the travel is infinite, return the stroke of a 1 Hz sine at top speed.
+    If the travel is infinite, return the length of a stroke of a 1 Hz sine at top speed.
     """
     return limits.travel if math.isfinite(limits.travel) else limits.speed / math.pi
 

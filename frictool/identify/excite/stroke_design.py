@@ -1,8 +1,8 @@
 """Optimal numbers of repetitions of candidate strokes, by a convex program with rounding.
 
-Candidate stroke k has the duration tau_k and the information matrix M_k, the inverse of the
-covariance of the parameters, and is repeated x_k times. The shortest test for the half widths h_i
-of the parameters i is the solution of
+Candidate stroke k has the duration tau_k, and is repeated x_k times. Its information matrix M_k is
+the inverse of the covariance of the parameters. The shortest test for the half widths h_i of the
+parameters i is the solution of
 
     minimise    sum tau_k x_k
     subject to  e_i' (sum x_k M_k)^-1 e_i <= (h_i/q_i)^2       for each requested parameter

@@ -15,9 +15,9 @@ upper ends of the backlash: the upper end of the estimated interval, and the upp
 interval in bench.yaml.
 
 The other causes (`OtherCauses`) are loads, and friction that changes with position, speed,
-direction or acceleration. They change the effort after reversals, too. Their part of the effort and
-of all regressors is therefore removed first (theorem of Frisch, Waugh and Lovell). For the delay,
-only the loads are removed.
+direction or acceleration. These causes change the effort after reversals, too. The part of the
+effort and of all regressors that they explain is therefore removed first (theorem of Frisch, Waugh
+and Lovell). For the delay, only the loads are removed.
 
 Schwarz's criterion (BIC) decides whether the model includes a backlash. A backlash is reported only
 if it also explains the effort better than a gradual rise of friction, as in presliding or in an
@@ -133,11 +133,11 @@ class ReversalRows:
 
 @dataclass(frozen=True)
 class OtherCauses:
-    """Loads and friction, besides a backlash, that may change the effort after reversals.
+    """Loads and friction that may change the effort after reversals, as a backlash does.
 
     - bench: bench whose loads may act
     - low, high: ends of the travel in all records, rad | m
-    - top_speed: rad/s | m/s
+    - top_speed: top speed in all records, rad/s | m/s
     """
 
     bench: Bench
@@ -324,7 +324,7 @@ def reversals(
 def _over_windows(
     estimate: Callable[[int], Interval], windows: list[int]
 ) -> Interval | UnusableLogs:
-    """Return the estimate with the first window, with an interval that covers those of all windows.
+    """Return the estimate with the first window; its interval covers the intervals of all windows.
 
     `windows` are lengths in samples. The effect of the encoder's noise differs between windows.
     """
@@ -467,7 +467,7 @@ def _width(regression: ReversalRegression, widest: float) -> float:
 def _gradual_rise(
     regression: ReversalRegression, width: float, widest: float, confidence: float
 ) -> float | None:
-    """Return the length [rad | m] of a gradual rise of friction that explains the rows as well.
+    """Return the length [rad | m] of a gradual rise of friction that fits the rows equally well.
 
     Return None if a backlash of the full width `width` [rad | m] explains the effort better
     (one-sided test of Vuong, 1989, over strokes).

@@ -13,12 +13,12 @@ time s before its end. v[k] follows from the mean speed (x[k+1] - x[k])/T and th
 speed, a difference of successive mean speeds. Without the slope, the resistance would be wrong by
 up to K^2 T/(2 J), where J is the inertia.
 
-The delay is the time from a row of the log until its voltage acts, or, if it is negative, until
-the current of the row is read. A log does not state it, so that it is a parameter, too. The current
-is simulated from voltage and position (output error): the noise of the current then biases no
-parameter. Simulated and measured current are averaged by the test function (1 - s^2)^3
-(`plant/weak_form.py`), which reduces the noise of the position. The equation does not contain
-friction, inertia or load.
+The delay is the time from a row of the log until its voltage acts. If instead the current of the
+row is read late, the delay is negative, and its absolute value is the time from the row to this
+reading. A log does not state the delay, so that it is fitted, too. The current is simulated from
+voltage and position (output error): the noise of the current then biases no parameter. Simulated
+and measured current are averaged by the test function (1 - s^2)^3 (`plant/weak_form.py`), which
+reduces the noise of the position. The equation does not contain friction, inertia or load.
 
 The intervals come from a jackknife over parts of the logs. They include the bias by the noise of
 the position, and the results with three differences for the slope: central, forward and backward.
@@ -53,7 +53,7 @@ STEP = 1e-3  # step of derivatives: relative for the time constant, in sample pe
 # row's time is known within JITTER periods
 SETTLED = JITTER
 LARGEST_ERROR = 0.3  # largest residual relative to the voltage's standard deviation
-LONGEST_STEP = 1.5  # periods, longest interval of one piece
+LONGEST_STEP = 1.5  # periods, longest time between two samples of a piece
 # the slope of the speed in a period is a weighted sum of two changes of the mean speed: from the
 # previous period, and to the next period
 CENTRAL, FORWARD, BACKWARD = (0.5, 0.5), (0.0, 1.0), (1.0, 0.0)
@@ -361,7 +361,7 @@ def _bias(
 def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
     """Return the hull of `intervals`, or an UnusableLogs if no positive value is determined.
 
-    The value is that of the first interval.
+    The result has the value of the first interval.
     """
     known = [one for one in intervals if one is not None]
     if len(known) < len(intervals):

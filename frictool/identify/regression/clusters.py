@@ -12,7 +12,8 @@ import numpy as np
 
 from frictool.typing import IntVector, Vector
 
-# least number of clusters; with fewer, strokes are cut into parts, and repetitions are not merged
+# least number of clusters; with fewer clusters, strokes are cut into parts, and repetitions are not
+# merged
 FEWEST_CLUSTERS = 12
 SAME_COUNTS = 3.0  # largest difference of counts between strokes that repeat each other
 SAME_ROWS = 2  # largest difference of rows between strokes that repeat each other

@@ -15,11 +15,11 @@ from frictool.typing import Matrix, Vector
 # damping relative to the diagonal of the normal equations
 FIRST_DAMPING = 1e-3
 LARGEST_DAMPING = 1e8
-DAMPING_STEP = 10.0  # factor of the damping after a refused step, divisor after an accepted one
+DAMPING_STEP = 10.0  # damping: factor after a refused step, divisor after an accepted step
 
 
 class LeastSquares(NamedTuple):
-    """Unknowns (n,) with the smallest sum of squares, residuals (m,), evaluation number."""
+    """Unknowns (n,) with the smallest sum of squares, residuals (m,), number of evaluations."""
 
     unknowns: Vector
     residual: Vector

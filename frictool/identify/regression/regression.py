@@ -18,7 +18,7 @@ from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.regression.tsqr import Tensor, merged, triangles
 from frictool.typing import IntVector, Matrix, Vector
 
-SINGULAR = 1e-10  # smallest over largest singular value of the scaled regressors
+SINGULAR = 1e-10  # least ratio of the smallest to the largest singular value of the regressors
 
 
 class SingularRegressors(UnusableLogs):
@@ -129,7 +129,7 @@ def _jackknife(
     whole = products.sum(axis=0)
     remaining = whole - products
     usable = np.linalg.eigvalsh(remaining)[:, 0] > SINGULAR * np.trace(whole)
-    # a single cluster determines a parameter, so that its scatter cannot be computed
+    # a single cluster determines a parameter, so that the parameter's scatter cannot be computed
     if not usable.all():
         return np.full(size, np.inf), np.ones(size)
     shift = np.linalg.solve(remaining, scores[:, :, None])[:, :, 0]

@@ -17,7 +17,7 @@ from frictool.identify.regression.regression import SingularRegressors, least
 from frictool.identify.regression.tsqr import Tensor
 from frictool.typing import IntVector, Vector
 
-WORTH = 0.8  # largest rms prediction error with more parameters, relative to that with fewer
+WORTH = 0.8  # largest rms prediction error with added parameters, relative to the error without
 
 
 def held_out_squares(

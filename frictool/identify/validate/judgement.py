@@ -7,11 +7,11 @@ An error is compared with a limit, both relative to the rms of the measured sign
 The error is the force error. `noise` is the rms effort that noise of the encoder causes through the
 acceleration. `intervals` is the rms change of the model's effort if each sliding parameter moves to
 the farther end of its interval; these changes are regarded as independent. `identify` doubts a
-model above DOUBTFUL_FORCE_ERROR.
+model with a force error above DOUBTFUL_FORCE_ERROR.
 
-The effort of a servo is computed from the few counts between goal and position. Its error is
-therefore the rms position error, relative to the rms distance between goal and position, and
-`intervals` is 0.
+The effort of a servo is computed from the few counts between goal and position. The error of a
+servo is therefore the rms position error, relative to the rms distance between goal and position,
+and `intervals` is 0.
 
 A force error of 100 % means that the model explains nothing. An error within a limit above 100 %
 therefore decides nothing. Breakaway ramps contain hardly more than the first moments of slip, in

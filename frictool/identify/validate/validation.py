@@ -1,15 +1,15 @@
 """Comparison of a simulated model with the measured axis.
 
 In an open loop, the measured effort drives the model. In a closed loop, the bench's controller
-drives the model along the measured reference, and the effort has an error, too. If the bench has a
-servo, the servo's firmware drives the model along the logged goal.
+drives the model along the measured reference, and the effort of the controller has an error, too.
+If the bench has a servo, the servo's firmware drives the model along the logged goal.
 
 If the friction of the model depends on temperature and the log contains a temperature, the friction
 is computed for the log's mean temperature.
 
 The error of a signal is the norm of measured minus simulated values divided by the norm of the
-measured values, without the first `skip` samples. Velocity and acceleration are differences of the
-measured and the simulated position after the low-pass of the published pipeline
+measured values, without the first `skip` samples. Velocity and acceleration are differences over
+time of the measured and of the simulated position, after the low-pass of the published pipeline
 (`inverse_dynamic`). The force error has the definition of `identify` (`force_error.py`): the part
 of the measured effort that the model does not explain for the measured motion, over the samples
 that certainly slip.
