@@ -145,8 +145,8 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker process.
 
-    - bench: text of bench.yaml, which the model repeats; a `Bench` does not record which fields the
-      text leaves out
+    - bench: text of bench.yaml, copied into the model; a `Bench` does not record the fields that
+      the text leaves out
     - bench_input: entry of the bench in the model's provenance
     - patterns: patterns that extract unit and date from the file name of a log
     """

@@ -22,8 +22,8 @@ from frictool.identify.ramp_load import ramp_load
 
 NO_RAMPS = "no log of breakaway ramps was provided"
 MAP_HIDES_OFFSET = (
-    "friction over position is fitted for each direction, and half their difference contains the "
-    "offset; the bench's value is used"
+    "friction over position is fitted for each direction, and the offset cannot be separated from "
+    "half the difference between the directions; the bench's value is used"
 )
 POSITION_HIDES_INERTIA = (
     "acceleration and friction both vary along a stroke, and this method cannot separate them; "

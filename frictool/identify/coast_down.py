@@ -26,7 +26,7 @@ from frictool.identify.rows.slip_fit import known_inertia
 
 # largest rms effort of a drive that is off, divided by smallest inertia times rms acceleration
 LARGEST_EFFORT = 0.05
-# largest deviation of the effort from its median that is noise, divided by the effort at the
+# largest deviation of the effort from its median that counts as noise, divided by the effort at the
 # drive's limit
 LARGEST_NOISE = 0.1
 # largest share of the effort's mean square that the motion explains if the effort is noise
@@ -124,7 +124,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Return the interval `one`, fitted with the value of `inertia`, widened for all its values."""
+    """Return the interval `one`, fitted with the value of `inertia`, widened for its interval."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

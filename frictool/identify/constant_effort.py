@@ -36,7 +36,7 @@ NOISE_BAND = 6.0  # width of the band, in standard deviations of the effort's no
 # least width of the band relative to the level, about the torque ripple of a drive
 LEAST_BAND = 0.2
 IN_BAND = 0.8  # least share of a stroke's motion inside the band
-DEMAND = 2.0  # smallest inertia times change of acceleration, in widths of the band
+DEMAND = 2.0  # least change of the inertial effort, in widths of the band
 SURE = 3.0  # standard deviations of quantisation noise subtracted from the change of acceleration
 # least share of the proved strokes of a direction whose effort is within a band of their median
 ONE_LEVEL = 0.75
@@ -162,7 +162,7 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches at the common effort of the proved stretches; [] if they have none."""
+    """Return the stretches at the common effort of the proved stretches; [] without one."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []

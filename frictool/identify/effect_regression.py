@@ -49,8 +49,8 @@ from frictool.identify.rows.regression_samples import (
 from frictool.typing import IntVector, Matrix, Vector
 
 BINS = 24  # number of bins of the position, and of velocity and sign of the acceleration
-# share of rows below which few rows determine a parameter: (sum q)^2/(n sum q^2) with the squared
-# influences q of the n rows on the parameter; 0.5 for a sine
+# a parameter depends on few rows if (sum q)^2/(n sum q^2) is below this value; q are the squared
+# influences of the n rows on the parameter; a sine gives 0.5
 FEW_ROWS = 0.2
 MOST_EFFECTS = 4  # largest number of effects that are added to the model
 FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
@@ -233,14 +233,14 @@ class EffectRegression:
 
         Before the fit, the delay is known to be within +-`known` [s]. The regression `smoother`
         uses longer smoothing windows and also estimates the delay. A servo feeds noise of the
-        encoder back into the effort, which looks like a delay; longer windows reduce this noise.
-        The part of the difference between the two estimates that chance does not explain widens the
-        interval of the delay. The estimate is combined with +-`known`, weighted by inverse
-        variances. If the fitted delay is longer than `known` and differs significantly from 0, only
-        the fitted delay is used.
+        encoder back into the effort. This noise looks like a delay; longer windows reduce the
+        noise. The part of the difference between the two estimates that chance does not explain
+        widens the interval of the delay. The estimate is combined with +-`known`, weighted by
+        inverse variances. If the fitted delay is longer than `known` and differs significantly from
+        0, only the fitted delay is used.
 
-        The shift of a parameter is the delay times the parameter's change per second of delay,
-        which is taken from `slopes` or, if `slopes` lacks the parameter, from the regression.
+        The shift of a parameter is the delay times the parameter's change per second of delay. This
+        change is taken from `slopes` or, if `slopes` lacks the parameter, from the regression.
 
         Return None if the model includes the delay, if the rows do not determine the delay, or if
         the delay is not significant although there are at least FEWEST_STROKES strokes.
@@ -270,10 +270,10 @@ class EffectRegression:
         )
 
     def resonant_inertia(self) -> Interval | None:
-        """Return the inertia if the model also includes a resonance, or None if none is shown.
+        """Return the inertia if the model also includes a resonance; None if the log shows none.
 
-        A resonance is shown if its coefficient differs significantly from 0 and is negative: the
-        load behind a spring increases the reflected inertia.
+        The log shows a resonance if its coefficient differs significantly from 0 and is negative:
+        the load behind a spring increases the reflected inertia.
         """
         one = next((one for one in (*self.used, *self.free) if one.term == RESONANCE), None)
         if one is None or self.noisy or "inertia" not in self.names:
@@ -398,7 +398,8 @@ class EffectRegression:
 
         `shift` is `factor` times the change by `hypotheses`. An eccentric encoder multiplies
         inertia and viscous friction by a factor within 1 +- LARGEST_ECCENTRICITY. Over less than a
-        turn, its columns resemble these parameters, so that any factor may be fitted.
+        turn, the columns of the eccentricity resemble the columns of these parameters, so that any
+        factor may be fitted.
         """
         others = [one for one in hypotheses if one.term != ECCENTRICITY or one in self.used]
         alone = self._values(self.used)

@@ -23,20 +23,21 @@ from frictool.identify.rows.slip_fit import stroke_samples
 
 # force error or relative residual above which the program warns of noise or an incomplete model
 DOUBTFUL_FORCE_ERROR = 0.2
-# least ratio of the force error with the bench's values to that with the log's for a warning
+# a warning is given if the force error with the bench's values exceeds this multiple of the force
+# error with the log's values
 WORSE = 1.5
 # least ratio of the parameters to bench.yaml's values that shows a mistaken unit (mA for A), and
 # largest factor by which the ratios of the parameters then differ from each other
 OTHER_UNIT = 100.0
 SPREAD = 30.0
-# a gear ratio that position and effort lack scales each parameter by this power of the ratio
+# a gear ratio missing in position and effort scales each parameter by this power of the ratio
 GEARED = {"inertia": 2.0, "viscous": 2.0, "coulomb": 1.0}
 MOST_OF_TRAVEL = 0.5
 LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
 
 
 def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> list[str]:
-    """Return a warning for each parameter whose interval does not overlap that in bench.yaml.
+    """Return a warning for each parameter whose interval does not overlap the bench's range.
 
     The first warning states a common cause, if there is one. If all these parameters are too large
     or too small by about the same large factor, the unit of the drive signal may be wrong. If one
@@ -93,9 +94,9 @@ def local_ramp_warnings(
 ) -> list[str]:
     """Return a warning if the breakaway holds at the positions of the ramps only.
 
-    The warning is given if the logs of sliding show friction or a load over position which the
-    model lacks, if the ramps cover less than MOST_OF_TRAVEL of the travel of these logs, and if
-    their breakaway is constant. A ripple widens the interval instead.
+    The warning is given if the logs of sliding show friction or a load over position that the model
+    lacks, if the ramps cover less than MOST_OF_TRAVEL of the travel of these logs, and if the
+    breakaway of the ramps is constant. A ripple widens the interval instead.
     """
     if ramp is None or ramp.by_position is not None or fit is None:
         return []
@@ -173,8 +174,8 @@ def _factor(
 ) -> float | None:
     """Return the factor that explains the contradictions of all parameters, or None.
 
-    powers: for each parameter, the power of the factor. For every parameter, this power times a
-    value within the range in bench.yaml is a value within the identified interval.
+    powers: exponent of the factor for each parameter. For every parameter, factor^exponent times a
+    value within the range in bench.yaml lies within the identified interval.
     """
     low, high, logarithm = 0.0, math.inf, 0.0
     for name, power in powers.items():

@@ -1,4 +1,4 @@
-"""Widening of intervals by friction over position of orders that the fit does not include.
+"""Widening of intervals for higher orders of friction over position that the fit lacks.
 
 A fit with the effect `friction_over_position` contains orders up to 3. Real friction has higher
 orders, too, and the fit leaves out the orders that the log does not determine
@@ -6,7 +6,7 @@ orders, too, and the fit leaves out the orders that the log does not determine
 position. An omitted order then resembles viscous friction, and is not visible in the residual.
 
 The coefficients of the omitted orders are estimated together with the parameters. Their prior is
-that of a cubic smoothing spline, with the scale t of the fitted coefficients:
+the prior of a cubic smoothing spline, with the scale t of the fitted coefficients:
 
     residual = X d + Z b + noise        b_k ~ N(0, t^2/k^4)
 

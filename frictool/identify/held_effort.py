@@ -1,9 +1,9 @@
 """Detection of a logged effort that changes far less often than the position is logged.
 
-A current that was read too rarely lags by half of the time between two updates on average, which
+A current that was read too rarely lags by half of the time between two updates on average. This lag
 falsifies inertia and viscous friction. A drive with a slow controller, however, keeps the effort
-constant between updates. Let y be the effort that the motion needs, y_held the value of y at
-the last update, v the velocity and a the acceleration:
+constant between updates. Let y be the effort that the motion needs, y_held the value of y at the
+last update, v the velocity and a the acceleration:
 
     logged effort = inertia a + viscous v + coulomb sign(v) + offset + declared loads
                     + b (y_held - y)

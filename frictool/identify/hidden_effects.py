@@ -6,9 +6,10 @@ an effort c |v|, and |v| is nearly constant in strokes of one speed. The paramet
 the two effects, so that the residual hardly shows them.
 
 Each effect is tried alone. The prior of its coefficient is a normal distribution with mean 0. With
-a coefficient of one standard deviation, the rms effort of the effect equals the rms of the part of
-the residual that lasts longer than the smoothing windows, because a machine with one unmodelled
-effect may have another one. If no part of the residual lasts, no interval is widened.
+a coefficient of one standard deviation, the effect has the same rms effort as the part of the
+residual that lasts longer than the smoothing windows. The reason is that a machine with one
+unmodelled effect may have another one of this size. If no part of the residual lasts, no interval
+is widened.
 
 The mean square of the lasting part is the covariance of residuals of the same stroke at a distance
 of LASTING windows. Noise of effort and encoder is correlated over one window only.
@@ -57,6 +58,7 @@ def _shift(
     values = samples.loads[column]
     if effect.term == DIRECTION:
         # the column is v backward and 0 forward, hence (v - |v|)/2; viscous is the mean of both
+        # directions
         size = 0.5 * float(np.sqrt(np.mean(samples.velocity**2)))
         centred = {"viscous": 0.5}
     else:

@@ -19,10 +19,11 @@ reduces the largest efforts, and if one of two conditions holds:
 
 Each comparison must have the same result without the stroke that supports the result most.
 
-A command with few levels, such as a pseudo-random binary sequence, has flat tops, too. The limits
-of S remove the noise of the acceleration, and the jumps that a delayed effort makes too late. The
-linear fits and the rival therefore contain a delay to second order (derivatives of the effort), and
-the effort of this noise is subtracted from all squared residuals.
+A command with few levels, such as a pseudo-random binary sequence, has flat tops, too. S then
+reduces the residual although nothing saturates: its limits clip the noise of the acceleration, and
+the jumps that a delayed effort makes too late. The linear fits and the rival therefore contain a
+delay to second order (derivatives of the effort), and the effort of this noise is subtracted from
+all squared residuals.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ LARGEST_RESIDUAL = 0.15  # largest rms residual relative to the scale that allow
 BETTER = 0.85  # largest squared residual relative to the rival's that is better than the rival's
 AS_GOOD = 1.1  # largest squared residual relative to the rival's that is as good as the rival's
 MUCH_BETTER = 0.8  # squared residual relative to the linear fit's, if the difference is certain
-FAR_BETTER = 0.5  # the same if the difference is not certain
+FAR_BETTER = 0.5  # squared residual relative to the linear fit's, if the difference is not certain
 CERTAIN = 6.0  # number of standard errors above which a mean over the strokes is certain
 FEWEST_STROKES = 3
 SLOW = 0.1  # speed, relative to top speed, at which the rival's Stribeck effect is 1/e
@@ -257,6 +258,6 @@ def _certain(gain: Vector) -> bool:
 
 
 def _less(one: Vector, other: Vector, stroke: IntVector) -> bool:
-    """Return whether sum(one) < sum(other), even without the stroke that supports this most."""
+    """Return whether sum(one) < sum(other), also without the stroke that supports it most."""
     gain = np.bincount(stroke, other - one)
     return bool(gain.sum() > max(gain.max(), 0.0))

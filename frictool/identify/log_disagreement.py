@@ -18,7 +18,7 @@ from frictool.identify.motion_record import MotionRecord
 
 WIDER = 4.0  # largest width of an interval from all logs, relative to the width from one log
 OTHERS_DIFFER = "although the logs agree on this parameter; they may differ in another one"
-MOST_LOGS = 20  # largest number of logs compared; the first ones are used
+MOST_LOGS = 20  # largest number of compared logs; the first logs are used
 
 
 def pooling_warnings(

@@ -35,7 +35,7 @@ AT_THE_LIMIT = 0.99
 STOPPING_SAMPLES = 3
 MARGIN = 2.0  # safety factor on the deceleration that effort and friction can cause
 COUNTS = 2.0  # largest error of the distance over STOPPING_SAMPLES, in encoder counts
-NOISES = 8.0  # and in standard deviations of the position noise
+NOISES = 8.0  # the same error, in standard deviations of the position noise
 # smallest effort, relative to the largest, that counts as 0 in a signal that is never negative
 REACHES_ZERO = 0.01
 # largest difference of the mean efforts of both directions, relative to their sum, of an unsigned
@@ -44,7 +44,7 @@ ALIKE = 0.5
 # at a reversal, an unsigned effort falls below the share DIP of its means in both strokes; this is
 # required at the share LEAST_DIPS of the reversals
 DIP, LEAST_DIPS = 0.25, 0.8
-MOST_AT_ZERO = 0.01  # largest share of moving samples at the smallest effort; more is saturation
+MOST_AT_ZERO = 0.01  # largest share of moving samples at the smallest effort, without saturation
 SELF_EXPLAINED = 1e-3  # relative residual that is smaller than the noise of any effort sensor
 NO_FRICTION = 0.02  # Coulomb friction relative to the rms effort that counts as no friction
 # largest share of the effort's variance that the position leaves unexplained

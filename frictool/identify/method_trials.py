@@ -1,4 +1,4 @@
-"""Trial of the identification methods on a log: the reason why `identify` would refuse it.
+"""Trial of the identification methods on a log: the reasons why they would refuse the log.
 
 The trial identifies the log with the bench, as `identify` does. Least squares are tried first.
 

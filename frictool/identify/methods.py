@@ -330,8 +330,8 @@ class IdentificationSettings:
     - window: length of the smoothing window, samples, odd
     - time_constant: time constant of the filter on differences, s
     - threshold: speed below which the method `threshold` ignores a sample, rad/s | m/s
-    - forgetting: weight of a squared residual that lies the median duration of a stroke before the
-      end of the log, above 0 and at most 1
+    - forgetting: weight of a squared residual that lies one median stroke duration before the end
+      of the log; above 0, at most 1
     - pipeline: filters of inverse-dynamic and friction-force
     - fixed: intervals of the sliding parameters that are not fitted; each parameter is fixed at the
       value of its interval

@@ -9,9 +9,9 @@ lag.
 A drive is updated at its samples. If its lag is much shorter than T, the time of the reading
 decides whether the log contains the effort before or after the update. The reading is assumed to
 follow the update after an exponentially distributed time with the mean READ_LATE T. This time
-exceeds the lag with the probability a = exp(-lag/(READ_LATE T)); the reading then counts as one
-after the update. The effort of the record is the mean of both cases. It is therefore continuous in
-the lag.
+exceeds the lag with the probability a = exp(-lag/(READ_LATE T)); the reading then counts as a
+reading after the update. The effort of the record is the mean of both cases. It is therefore
+continuous in the lag.
 
 A voltage is always taken as constant between samples, whatever the lag of the drive: a log usually
 contains the commanded voltage, and the inductance of the winding delays the current only.
@@ -459,8 +459,8 @@ def _with_temperature(record: MotionRecord, log: Log) -> MotionRecord:
 def reference_temperature(measured: Sequence[Vector]) -> float:
     """Return the measured temperature nearest to the mean of all measured temperatures, degC.
 
-    `measured` contains one vector (n,) for each record. The mean may lie between a cold and a hot
-    log, where friction was not measured.
+    `measured` contains one vector (n,) for each record. The mean itself may lie between a cold and
+    a hot log, where friction was not measured.
     """
     values = np.concatenate(measured)
     return float(values[np.argmin(np.abs(values - np.mean(values)))])

@@ -6,8 +6,8 @@ check fits the following model to the samples of a log that certainly slip:
     effort = inertia a + friction sign(v) + offset + declared loads
 
 Here a is the acceleration and v the velocity. Inertia times rms acceleration is compared with the
-friction. The directions differ if the larger of the two is significantly negative. The smaller of
-the two is ignored, since a delay between position and drive can change its sign.
+friction. The directions differ if the effort with the larger absolute value is significantly
+negative. The other effort is ignored, since a delay between position and drive can change its sign.
 
 Some logs do not allow this fit, for example breakaway ramps or slow motion with a coarse encoder.
 Their strokes are tested instead: the mean effort from the first to the last encoder change of a

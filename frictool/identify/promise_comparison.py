@@ -27,7 +27,7 @@ from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.from_logs import IdentifiedModel
 from frictool.identify.model_document import unit_of
 
-MORE = 1.2  # ratio of the log's noise or bound to the promise's above which it is a reason
+MORE = 1.2  # ratio of the log's noise or bound to the promise's value that counts as a reason
 SHORT = 0.95  # share of the test's duration below which a log counts as shorter than the test
 
 

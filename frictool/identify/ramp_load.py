@@ -71,7 +71,7 @@ def _travel(term: str, logs: AxisLogs) -> Vector:
     """Return positions [rad | m] over the bench's travel.
 
     If bench.yaml states no travel, the positions cover one period of a harmonic; for a spring, they
-    are those of the ramps.
+    are the positions of the ramps.
     """
     travel = logs.bench.mechanics.travel
     if travel is not None:

@@ -1,7 +1,7 @@
 """Identification of a smart servo from goals and positions, without a measured current or torque.
 
 The parameters are fitted by output error in closed loop: a simulation of the bench's firmware and
-axis follows the logged goal, and the simulated position is compared with the measured one. The
+axis follows the logged goal, and the simulated position is compared with the measured position. The
 result contains the axis with the torque enabled, whose viscous friction includes the back-EMF, and
 a bench with the identified constants of the servo. Intervals come from a jackknife over the logs
 or, if there are few logs, over strokes, because neighbouring samples have dependent errors.

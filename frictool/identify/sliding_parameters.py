@@ -65,7 +65,8 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     The final fit is a second fit, in which the refused parameters have their values in the model
     (`fixed_parameter_refit.py`). The final fit is `fit` if the second fit does not explain the
     effort or refuses a parameter that `fit` identifies: a value of the bench then contradicts the
-    log. In this case, a refused parameter keeps its fitted value if this is in the bench's range.
+    log. In this case, a refused parameter keeps its fitted value if this value is in the bench's
+    range.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
@@ -144,8 +145,8 @@ def with_force_error(
 def unexplained(logs: AxisLogs, fit: SlidingFit, from_logs: Mapping[str, Interval]) -> float | None:
     """Return the force error if no values within bench.yaml's ranges explain the effort, else None.
 
-    The parameters `from_logs` have their values. The others have the values within their ranges in
-    bench.yaml that minimise the force error.
+    The parameters `from_logs` have the values of the logs. Each other parameter has the value
+    within its range in bench.yaml that minimises the force error.
     """
     if logs.drive_off:
         return None

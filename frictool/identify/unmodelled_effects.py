@@ -211,7 +211,8 @@ def _of_resonance(
     """Return the change of the inertia by a resonance that longer windows show.
 
     `smoother` is the regression over windows of twice the length. If it shows a resonance, windows
-    of four times the length, which noise of the encoder disturbs less, give the inertia.
+    of four times the length give the inertia, because noise of the encoder disturbs longer windows
+    less.
     """
     fitted = fit.parameters.get("inertia")
     seen = None if smoother is None else smoother.resonant_inertia()

@@ -6,7 +6,7 @@ A voltage that acts late delays the whole effort. The time constant L/R of the w
 current, but not the back-EMF, which is a part of the viscous friction of a voltage drive. Let d be
 the fitted delay, and B the part of the viscous friction that is not delayed. The inertia is then
 larger by d B. For a late voltage, B is 0. For the winding, B is K^2/R, with the back-EMF constant K
-and the resistance R. This is at most the viscous friction.
+and the resistance R; K^2/R is at most the viscous friction.
 
 If the log contains the motor current, too, `measurement/winding.py` identifies L, R and K. The
 inertia is then larger by (L/R) K k, where k = K/R is the effort per volt.
@@ -42,8 +42,8 @@ class WindingDelay:
       friction; the interval does not extend below 0
     - measured: increase by the measured winding, at most `possible`; None if it was not measured
     - lag: electrical time constant L/R of the measured winding, s; 0 if it was not measured
-    - undecided: why the logged current does not measure the increase, a verb with its object; empty
-      if the current was not logged, or if it measures the increase
+    - undecided: why the logged current does not measure the increase, as a verb with its object;
+      empty if the current was not logged, or if the current measures the increase
     """
 
     possible: Interval

@@ -121,8 +121,8 @@ def constant_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench)
         name += "/resistance"
     return (
         f"actuator.constant [{low:.4g}, {high:.4g}] {constant.unit} contradicts the log's {name} "
-        f"[{measured.low:.4g}, {measured.high:.4g}], equal in a DC motor; all efforts scale with "
-        "it: correct it"
+        f"[{measured.low:.4g}, {measured.high:.4g}] of a DC motor; correct the constant: all "
+        "efforts scale with it"
     )
 
 
