@@ -1,7 +1,7 @@
 """Second fit, in which the refused parameters are fixed at the values that the model states.
 
 A parameter is refused if the logs do not determine it. The model then contains a value from the
-range in bench.yaml, which may differ from the value of the first fit. The other parameters are
+range in bench.yaml. This value may differ from the value of the first fit. The other parameters are
 therefore fitted again with the refused parameter fixed at the model's value. Their intervals are
 widened by the interval of the refused parameter.
 """

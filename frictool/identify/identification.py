@@ -74,7 +74,7 @@ class Identification(Outcome):
     over_rate: BreakawayOverRate | None = None
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
-        """Return the identification with its breakaway replaced by that of a breakaway table."""
+        """Return the identification with the breakaway of the table `over_rate`."""
         outcome = Outcome(self.identified, self.refused, narrowed=self.narrowed)
         outcome = outcome.merge(accept({"breakaway": over_rate.interval}, bench))
         coulomb = outcome.identified.get("coulomb")

@@ -10,7 +10,7 @@ A drive is updated at its samples. If its lag is much shorter than T, the time o
 decides whether the log contains the effort before or after the update. The reading is assumed to
 follow the update after an exponentially distributed time with the mean READ_LATE T. This time
 exceeds the lag with the probability a = exp(-lag/(READ_LATE T)); the reading then counts as a
-reading after the update. The effort of the record is the mean of both cases. It is therefore
+reading after the update. The effort of the record is the mean of both cases, and is therefore
 continuous in the lag.
 
 A voltage is always taken as constant between samples, whatever the lag of the drive: a log usually

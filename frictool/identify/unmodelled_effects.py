@@ -14,7 +14,7 @@ therefore does not show the resulting error. Ten possible causes are examined
 7. encoder noise that hides the inertia (last paragraph)
 8. higher orders of friction over position than the model includes (`further_orders.py`)
 9. a spring, or viscous friction that differs by direction (`hidden_effects.py`)
-10. a resonance above the frequencies of the motion, which increases the reflected inertia
+10. a resonance that lies above the frequencies of the motion and increases the reflected inertia
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
 distance of sqrt(half^2 + shift^2) from the value, where half is the half width, because effects

@@ -13,8 +13,9 @@ fitted inertia, relative to its value, by the fraction of noise in the power of 
 large if the window is too short.
 
 The result exceeds the Cramér-Rao bound, because all rows have equal weight. The result is a
-standard deviation if the encoder errors are independent, which holds if the axis moves about one
-count per sample or more. The formulas (4.3) and (4.8) of the thesis are worst-case bounds.
+standard deviation if the encoder errors are independent. They are independent if the axis moves
+about one count per sample or more. The formulas (4.3) and (4.8) of the thesis are worst-case
+bounds.
 """
 
 from __future__ import annotations

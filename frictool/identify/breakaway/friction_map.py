@@ -68,7 +68,7 @@ def friction_map(
 ) -> IdentifiedFrictionMap:
     """Fit a friction map to sliding `records` and `ramps`.
 
-    - first: breakaway of the ramps, which varies with position
+    - first: position-dependent breakaway of the ramps
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`; bench.yaml gives the offset
 
     The ramps are evaluated again with the Coulomb friction of the map. Raises UnusableLogs if the

@@ -176,7 +176,8 @@ def _at_inertia(
 ) -> SlidingFit:
     """Return the other parameters of `fit`, fitted again with the inertia fixed at `inertia`.
 
-    The encoder's noise makes the inertia in `fit` too small, which shifts the other parameters.
+    The encoder's noise makes the inertia in `fit` too small. This error shifts the other
+    parameters.
     """
     try:
         known = refit(records, bench, settings, fit, {"inertia": inertia})

@@ -13,8 +13,8 @@ searched, because the force is linear in the other parameters.
 Each log must be a stroke in one direction. At a reversal, friction changes its sign, but its
 filtered value changes slowly; the curve would then state a Coulomb friction that is far too small.
 
-All samples of a stroke are used, also samples at rest within the stroke, which shift Coulomb
-friction towards the effort at rest. The curve is therefore fitted again to the samples that
+All samples of a stroke are used, also samples at rest within the stroke. Samples at rest shift
+Coulomb friction towards the effort at rest. The curve is therefore fitted again to the samples that
 certainly slip, and the intervals contain the intervals of both fits. Select the moving part of the
 log with `ingest --from --to`. The intervals allow for the correlation of the residuals that the
 filter causes (`newey_west`), and for every inertia in the range in bench.yaml. The intervals do not

@@ -5,7 +5,7 @@ indefinite. The end of the log has the largest weight: the weight of a squared r
 the factor `forgetting` in the duration of a median stroke.
 
 The result is the estimate at the end of the log. The interval comes from least squares with the
-same weights. `path` returns the estimates along the log, which show a drift.
+same weights. `path` returns the estimates along the log; they show whether a parameter drifts.
 """
 
 from __future__ import annotations

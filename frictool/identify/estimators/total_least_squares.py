@@ -86,7 +86,7 @@ def _fit(
 
 
 def _of_effort(mean: Matrix, noise: Matrix) -> Matrix:
-    """Return `noise` with the effort's variance: residual variance minus that of motion noise."""
+    """Return `noise` with the effort's noise variance: residual minus the part of motion noise."""
     theta = np.append(errors_in_variables(mean, noise), -1.0)
     others = theta[:-1] @ noise[:-1, :-1] @ theta[:-1]
     out = noise.copy()

@@ -229,7 +229,7 @@ def _without_effects(
 def stroke_program(
     bench: Bench, request: PrecisionRequest, candidates: list[StrokeCandidate]
 ) -> StrokeProgram:
-    """Return the convex program for `candidates` and a pause, which is the last candidate.
+    """Return the convex program for `candidates`, with a pause as the last candidate.
 
     Raises
     ------

@@ -417,8 +417,8 @@ def spread_as(
 ) -> dict[str, Interval]:
     """Return the intervals `fitted`, widened to at least the widths of the intervals `plain`.
 
-    `plain` are intervals by least squares, which include the uncertainty of fixed parameters.
-    Without fixed parameters, `fitted` is returned unchanged.
+    `plain` are intervals by least squares that include the uncertainty of fixed parameters. Without
+    fixed parameters, `fitted` is returned unchanged.
     """
     if not samples.fixed:
         return fitted

@@ -1,4 +1,4 @@
-"""Savitzky-Golay weights, equal to those of `scipy.signal.savgol_coeffs`.
+"""Savitzky-Golay weights, equal to the result of `scipy.signal.savgol_coeffs`.
 
 The weights are computed here because the import of `scipy.signal` takes 0.7 s, as long as the
 identification of a log.
