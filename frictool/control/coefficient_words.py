@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 BITS = {"q31": 31, "q15": 15}  # bits of a coefficient, without its sign
-FINEST = 60  # largest fraction
+FINEST = 60  # largest number of fractional bits
 
 
 def round_coefficient(value: float, bits: int) -> float:
@@ -24,7 +24,7 @@ def coefficient(value: float, bits: int) -> tuple[int, int]:
         return int(value), 0
     fraction = min(bits - math.frexp(value)[1], FINEST)
     word = round(math.ldexp(value, fraction))
-    if word == 0:  # below the finest fraction
+    if word == 0:  # |value| is at most half of 2^-FINEST
         return 0, 0
     if abs(word) >= 2**bits:  # rounded up to the next power of two
         return round(math.ldexp(value, fraction - 1)), fraction - 1

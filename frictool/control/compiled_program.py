@@ -47,7 +47,7 @@ OUTPUT, LEFT, LEFT_NOW, HOLD, USED, GUARD_ROWS = (
     6,
     7,
     10,
-)  # indices in `CompiledProgram.ports`, behind the inputs
+)  # indices in `CompiledProgram.ports`, from 3 on
 
 
 class CompiledProgram(NamedTuple):
@@ -170,7 +170,7 @@ def start_at(machine: CompiledProgram, position: float) -> None:
         _values(machine)[machine.starts] = position
         return
     measured = machine.formats[machine.ports[1]]
-    for index in machine.starts:  # from the word of the measured position, as on the target
+    for index in machine.starts:  # shift the word of the measured position, as the exported C does
         form = machine.formats[index]
         word = shift_rounded(
             from_real(measured, position), measured[op.FRACTION] - form[op.FRACTION]

@@ -11,8 +11,8 @@ and off. The feedforward is added to the drive before the limit.
 
 Both v and a are means over the sample period T in which the drive acts. A prefilter or a profile
 has the position f and the speed v at each sample, with f[k] - f[k-1] = T/2 (v[k-1] + v[k]); the
-mean acceleration is (v[k] - v[k-1])/T. The drive computed from these means acts after the delay of
-the target. The loop therefore compares the measured position with f[k - 1 - delay samples]
+mean acceleration is (v[k] - v[k-1])/T. The drive computed from these means acts after the
+computational delay. The loop therefore compares the measured position with f[k - 1 - delay samples]
 (`delayed`). Property: if the axis equals the model, the position error is 0.
 
 Feedforward and profile are outside the feedback loop: no margin depends on them.

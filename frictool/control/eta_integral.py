@@ -1,8 +1,9 @@
 """Input of a speed controller: eta = (integral of the speed reference) - position.
 
 Each sample adds only the changes of the integral and of the position to eta. If the last drive was
-limited and eta would move further into that limit, eta keeps its value (conditional integration). A
-positive eta requests a positive drive, which is the sign convention of `controller.yaml`.
+limited and the change of eta would move the drive further into this limit, eta keeps its value
+(conditional integration). A positive eta requests a positive drive, which is the sign convention of
+`controller.yaml`.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ def position_compensation(
     direction : ProgramNode
         s(v/v_s), from -1 to 1.
     positions : sequence of n floats
-        Rising positions [rad | m]. Outside, the value at the nearest end is used.
+        Rising positions [rad | m]. Outside their range, the value at the nearest end is used.
     forward, backward : sequences of n floats
         Drive [A | V] that balances (Coulomb friction at each position) - (its mean over the
         position), in the positive and in the negative direction.

@@ -1,6 +1,6 @@
 """Point-to-point profile with bounded speed, acceleration and jerk, computed sample by sample.
 
-    w  = d - T/2 v                     distance d to the target, less half a sample at speed v
+    w  = d - T/2 v                     distance d to the target, less the motion of T/2 at speed v
     v* = sign(w) |w|/T                 |w| <= a T^2/2          braking law, |v*| <= speed
        = sign(w) (sqrt(2 a |w|) - a T/2)   else, |v*| <= speed
     v+ = v* within v - a T ... v + a T,     d+ = d - T/2 (v + v+)

@@ -1,7 +1,7 @@
 """Limit-cycle limiter of a position loop (thesis 5.7), which releases the drive near the target.
 
     energy   | |e| - J v^2/(2 F') | < delta_e,  F' = F_c + F_cv (5.40)
-    error    |e| < delta_e                          (section 5.2.1 of the thesis advises against it)
+    error    |e| < delta_e                          (not recommended by section 5.2.1 of the thesis)
 
 The design selects one of the two conditions, `energy` or `error`. The drive is released while this
 condition is true. e is the position error, v the speed, J the inertia, and delta_e the half-width
@@ -9,9 +9,9 @@ of a band of positions around the target. F_c is the real friction; the virtual 
 effort of the drive that brakes the axis. With `energy` the drive is released if real and virtual
 friction together would stop the axis within delta_e of the target. The effort of the released drive
 is -F_cv tanh(v/v_r) (5.41), with the speed scale v_r. The thesis prints the two cases of (5.41) in
-the wrong order: the brake would act outside the band, and the axis would never start. While the
-drive is released, the integrator keeps its value; the other states of the controller are updated as
-usual.
+the wrong order. With this order, the brake would act outside the band, and the axis would never
+start. While the drive is released, the integrator keeps its value; the other states of the
+controller are updated as usual.
 
 Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
 0. Boundedness and rest are proved, but not stability, because the derivative (5.12) of the Lyapunov

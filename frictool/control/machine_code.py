@@ -25,7 +25,7 @@ from frictool.control.compiled_program import DOUBLE, OUTPUT, PORTS, CompiledPro
 from frictool.runtime.kernels import settings
 from frictool.typing import Vector
 
-MOST_KEPT = 64  # codes of the last structures, each some kilobytes
+MOST_KEPT = 64  # number of structures whose code is kept; each code takes some kilobytes
 NAME = "control_sample"
 REAL = ir.DoubleType()
 ZERO, INFINITE = REAL(0.0), REAL(math.inf)
@@ -117,7 +117,7 @@ def _module(structure: ProgramStructure, name: str) -> ir.Module:
             values[index] = builder.load(_place(builder, memory, index))
         return values[index]
 
-    for state, _ in structure.writes:  # the values before any state is written
+    for state, _ in structure.writes:  # load the states before any of them is written
         at(state)
     for operation, result, *operands in structure.code:
         if operation == op.DOT:

@@ -1,4 +1,4 @@
-"""Compilation of a program in the number format of the target."""
+"""Compilation of a program in the number format of the target hardware."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frictool.control.program import Program
 def machine_in(program: Program, number: str) -> CompiledProgram:
     """Return a program compiled for simulation in double, float or q31, at rest at position 0.
 
-    Raises FixedPointOverflow, naming the value, if a value cannot be scaled for fixed point.
+    Raises FixedPointOverflow with the name of the value if a value cannot be scaled.
     """
     if number == "q31":
         return fixed_machine(fixed_program(program))

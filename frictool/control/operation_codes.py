@@ -22,8 +22,8 @@ CODES = {
     "valid": VALID,
 }
 
-# columns of `code`: operation, index of the result, indices of the operands; for a dot, the first
-# row in `terms` and the row after the last, instead of operands
+# columns of `code`: operation, index of the result, indices of the operands; the operation dot has,
+# in place of operands, the index of its first row in `terms` and the index after its last row
 
 # column of `terms` with the right shift of a product in fixed point; the first two columns are the
 # indices of coefficient and value

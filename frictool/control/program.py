@@ -12,7 +12,8 @@ bit by bit wherever the arithmetic is IEEE.
 
 A state keeps a value from one sample to the next. `Program.update` defines its next value. A state
 without an update, such as a scheduled parameter, is set by the caller. `low` and `high` bound a
-state or an input; they determine the scaling of fixed point, which saturates there.
+state or an input; they determine the scaling of fixed point, in which states and inputs saturate at
+these bounds.
 """
 
 from __future__ import annotations
@@ -106,11 +107,11 @@ class Program:
         self.names: dict[int, str] = {}  # node -> its name in the exported code
         self.comments: dict[int, str] = {}  # first node of a block -> the block's comment
         self.updates: dict[int, ProgramNode] = {}  # state -> its value at the next sample
-        self.starts: dict[int, str] = {}  # state -> name of the input that it starts at
+        self.starts: dict[int, str] = {}  # state -> name of the input that gives its start value
         self.inputs: dict[str, ProgramNode] = {}
         self.states: dict[str, ProgramNode] = {}
         self.output: ProgramNode | None = None
-        self.guard: GuardNodes | None = None  # its operations come first
+        self.guard: GuardNodes | None = None  # the guard's operations come first
         self.speed: ProgramNode | None = None  # speed that the blocks of a controller use
         self.profile: ProgramNode | None = None  # profile that the loop of a controller tracks
         self._comment = ""

@@ -58,7 +58,7 @@ def reference_derivatives(
         program.update(name, now[i])
     first = 3.0 / w + ahead
     second = 3.0 / w**2 + 3.0 * ahead / w + 0.5 * ahead**2
-    third = [w**3, -3.0 * w**2, -3.0 * w]  # of the jerk
+    third = [w**3, -3.0 * w**2, -3.0 * w]  # coefficients of the jerk a'
     speed = program.dot(
         [
             program.constant(float(value), f"speed_ahead[{k}]")

@@ -2,8 +2,8 @@
 
     s(x) = t - 4/27 t^3,   t = x limited to +-3/2        slope 1 at 0; s = 1 and slope 0 from 3/2 on
 
-Unlike tanh, s gives exactly the same result in simulation and on the target. s exceeds tanh by at
-most 0.113.
+Unlike tanh, s gives exactly the same result in simulation and on the target hardware. s exceeds
+tanh by at most 0.113.
 """
 
 from __future__ import annotations

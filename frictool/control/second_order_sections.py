@@ -2,11 +2,11 @@
 
     y = b0 e + s1,   s1+ = b1 e - a1 y + s2,   s2+ = b2 e - a2 y
 
-e is the input and y the output of a section; s1 and s2 are its states. The y of one section is the
-e of the next. Anti-windup adds a gain times (limited drive - drive) to every state, as in
-control/difference_equation.py. A chain of sections has no separate integrator state. A controller
-with a limit-cycle limiter or conditional integration is therefore in state-space form. Property:
-rounding a coefficient moves only one pair of poles.
+e is the input and y the output of a section; s1 and s2 are its states. The output y of one section
+is the input e of the next. Anti-windup adds a gain times (limited drive - drive) to every state, as
+in control/difference_equation.py. A chain of sections has no separate integrator state. A
+controller with a limit-cycle limiter or conditional integration therefore has the state-space form.
+Property: rounding a coefficient moves only one pair of poles.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
     n = 2 * len(sections)
     a = np.zeros((n, n))
     b = np.zeros(n)
-    # output equation of the input of the next section
+    # input of section k = c x + d (input of the chain)
     c = np.zeros(n)
     d = 1.0
     for k, (b0, b1, b2, _, a1, a2) in enumerate(sections):

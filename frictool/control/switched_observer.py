@@ -15,10 +15,10 @@ friction f_i; f(theta) is a polynomial. y is the measured position; theta, omega
 estimates of position, speed and wear at one sample. theta and omega determine the mode. F has the
 sign of omega. In mode 0, called stuck, alpha keeps its value.
 
-Limit: the certificate of the thesis, (6.6), assumes that the mode is known. The certificate is not
-valid at samples at which plant and observer are in different modes. Sigma should be some encoder
-steps per period. With a coarse encoder, the speed is then below Sigma during most of the travel,
-and both observers fail (figures: docs/theory/observers.md).
+Limitation: the certificate of the thesis, (6.6), assumes that the mode is known. The certificate is
+not valid at samples at which plant and observer are in different modes. Sigma should be some
+encoder steps per period. With a coarse encoder, the speed is then below Sigma during most of the
+travel, and both observers fail (figures: docs/theory/observers.md).
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ class SwitchedParameters:
     """Parameters of the switched observer, in SI.
 
     - switch_speed: speed Sigma [rad/s | m/s] below which the axis counts as stuck
-    - forward, backward: cells in order of position; the first and the last also apply beyond the
-      travel
+    - forward, backward: cells in order of position; the first and the last cell also apply beyond
+      the travel
     - stuck: gains (L1, L2) of mode 0 (stuck)
     - kept: factor a by which each sample of mode 0 (stuck) multiplies the estimated speed
     - additive: True if wear is an increase of friction, False if it is a factor
@@ -60,7 +60,7 @@ class SwitchedParameters:
       powers; if `additive`, they replace the cells' friction
     - travel: (low, high) position, beyond which the polynomials keep their values
     - viscous: viscous friction [N m s/rad | N s/m], 0 in the thesis
-    - offset: constant effort against a positive drive [N m | N], 0 in the thesis
+    - offset: constant effort that opposes a positive drive [N m | N], 0 in the thesis
     - top_speed: bound of the estimated speed [rad/s | m/s]
     - wear: bounds (alpha_min, alpha_max) of the estimated wear
     """

@@ -1,6 +1,7 @@
 """Observer for a coarse encoder, corrected only if the estimate leaves a dead zone.
 
-    m    = y - x with a dead zone of +-cell/2            y: measured, the lower edge of a count
+    m    = y - x with a dead zone of +-cell/2            y: measured position, the lower edge of a
+    count
                                                          x: estimate in encoder readings
     x^   = x + L1 m        v^ = v + L2 m        d^ = d + L3 m while the axis moves
     v+   = v^ + T/J (e - offset - viscous v^ - dry friction + d^)
@@ -30,8 +31,8 @@ from frictool.control.observer_output import ObserverNodes
 from frictool.control.program import Program, ProgramNode
 
 STATES = ("tracked_position", "tracked_velocity", "disturbance", "tracked_gap")
-# speed [counts per sample] below which the axis is at rest; a decaying correction ends in rounding
-# errors
+# speed [counts per sample] below which the axis counts as at rest, because rounding errors remain
+# when a correction has decayed
 LEAST_SPEED = 1e-6
 # smallest distance to the end of the gap that counts as contact, relative to the backlash
 LEAST_EDGE = 1e-3
@@ -42,7 +43,7 @@ class TrackingParameters:
     """Parameters of the tracking observer, in SI.
 
     - gains: correction gains L1 [1], L2 [1/s], L3 [N m/rad | N/m]
-    - cell, step: widths of the innovation's dead zone and of an encoder step [rad | m]
+    - cell, step: width of the dead zone of m, and width of an encoder step [rad | m]
     - forward, backward: friction [N m | N] as polynomials of the position [rad | m], coefficients
       in rising powers
     - travel: (low, high) position, beyond which the friction is constant
@@ -93,7 +94,7 @@ class TrackingNodes:
 def write_prediction(
     program: Program, position: ProgramNode, facts: TrackingParameters
 ) -> tuple[ObserverNodes, TrackingNodes]:
-    """Write the states and their correction by the measured position; return the estimates.
+    """Write the states, and correct them by the measured position; return the corrected estimates.
 
     The observer starts at the measured position, at rest, in the middle of the backlash.
     """

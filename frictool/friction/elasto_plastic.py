@@ -1,7 +1,7 @@
 """The elasto-plastic law (thesis 2.43-2.48): LuGre with purely elastic presliding below z_ba.
 
     z' = v (1 - alpha(z, v) sigma_0 sign(v) z/g(v))        F = sigma_0 z + sigma_1 z' + sigma_v v
-    alpha = 0 if |z| < z_ba or z opposes v; rises as half a sine to 1 at z_max = F_s/sigma_0,
+    alpha = 0 if |z| < z_ba or z v <= 0; rises as half a sine to 1 at z_max = F_s/sigma_0,
             then 1                                                             (2.45)-(2.46)
 
 friction/lugre.py defines the other symbols; F_s is the breakaway. z_ba must be below z_max.

@@ -8,8 +8,8 @@ The inequalities, each with its equation or section in the thesis:
     (3.31)  T_0 >= T_e_min             the body stays at rest for at least one integration step
     3.2     Sigma > 3 v_s              at the speed Sigma, the Stribeck effect has decayed
 
-A body that slips below the speed Sigma is captured, which means that it sticks, unless its effort
-in the direction of motion reaches the Coulomb friction (hybrid_kernels.py). The classes of this
+A body that slips below the speed Sigma is captured, which means that it sticks, unless the effort
+in the direction of its motion reaches the Coulomb friction (hybrid_kernels.py). The classes of this
 module define the other symbols.
 """
 
@@ -49,7 +49,8 @@ class HybridSettings:
     - convergence_rate: p0, decay rate of the remaining velocity after the switch to stick, 1/s
     - capture_velocity: Sigma, speed below which a slipping body may be captured, m/s | rad/s
     - step, shortest_step: longest and shortest integration step T_e and T_e_min, s
-    - hold_time: T_0, shortest time at rest before a breakaway against the last velocity, s
+    - hold_time: T_0, shortest time at rest before a breakaway against the direction of the last
+      motion, s
     """
 
     convergence_rate: float

@@ -1,11 +1,10 @@
 """Karnopp's law (thesis 2.35-2.36), in which low velocities do not change the position.
 
-The rest band is the range of velocities below a limit, |v| <= dv. friction/svc.py defines the
-friction: static, viscous and Coulomb. m is the mass, u the effort, F_c the Coulomb friction, and
-sigma_0 the viscous coefficient. Inside the band, m v' = u - sticking_force(u): the velocity v is
-still integrated, but the rate v_m of the position is 0, so that the body does not drift. Outside
-the band, m v' = u - F_c sign(v) - sigma_0 v. Thesis (2.36) has + sigma_0 v, which would drive the
-body.
+The rest band is the range of velocities |v| <= dv. friction/svc.py defines the friction: static,
+viscous and Coulomb. m is the mass, u the effort, F_c the Coulomb friction, and sigma_0 the viscous
+coefficient. Inside the band, m v' = u - sticking_force(u): the velocity v is still integrated, but
+the rate v_m of the position is 0, so that the body does not drift. Outside the band, m v' = u - F_c
+sign(v) - sigma_0 v. Thesis (2.36) has + sigma_0 v, which would drive the body.
 """
 
 from __future__ import annotations

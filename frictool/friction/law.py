@@ -51,7 +51,7 @@ class StaticKernels(NamedTuple):
 
     slip_force: Kernel  # (v, direction, p) -> force [N | N m]
     breakaway: Kernel  # (direction, p) -> largest friction on a body at rest, in that direction
-    band: Kernel  # (p) -> half width of the velocities that are treated as rest; 0 for exact laws
+    band: Kernel  # (p) -> half width of the velocity range treated as rest; 0 for exact laws
     seen_velocity: Kernel  # (v, p) -> rate of the position: v; 0 in the rest band of Karnopp's law
 
 

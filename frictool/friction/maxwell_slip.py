@@ -28,7 +28,7 @@ from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-# C; for comparisons, a memory as fast as LuGre's at v_s
+# C; in comparisons g/C is the time constant of LuGre at v_s, g/(stiffness v_s)
 ATTRACTION = LawParameter(
     "attraction",
     "N/s",

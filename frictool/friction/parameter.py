@@ -68,8 +68,8 @@ STRIBECK_VELOCITY = LawParameter("stribeck_velocity", "m/s", exclusive=True, let
 STRIBECK_EXPONENT = LawParameter(
     "stribeck_exponent", "", 0.0, 100.0, exclusive=True, default=2.0, letters=("delta", r"\delta")
 )
-POSITIVE_COULOMB = replace(COULOMB, exclusive=True)  # of laws that divide by F_c
-# of the dynamic laws
+POSITIVE_COULOMB = replace(COULOMB, exclusive=True)  # F_c of laws that divide by F_c
+# parameters of the dynamic laws
 STIFFNESS = LawParameter("stiffness", "N/m", exclusive=True, letters=("sigma_0", r"\sigma_0"))
 DAMPING = LawParameter("damping", "N s/m", letters=("sigma_1", r"\sigma_1"))
 PRESLIDING_LIMIT = LawParameter("presliding_limit", "m", exclusive=True)  # z_max

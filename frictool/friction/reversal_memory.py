@@ -15,10 +15,10 @@ Source: annex A of the thesis, figure 1. The result depends on the sequence of p
 operator is rate independent, and larger movements wipe out smaller ones. The annex calls the memory
 a FIFO; in fact the memory is a stack.
 
-A slow ringing may nest more reversals than the memory can store. Then the pair of neighbouring
-reversals whose positions differ least from those of the adjacent reversals is removed. `forgotten`
-counts the removed pairs. The present force does not change. A later force is inexact only if a loop
-closes on the branch of a removed pair.
+A slow ringing may nest more reversals than the memory can store. Then two neighbouring reversals
+are removed: the pair that differs least in position from the reversals before and after it.
+`forgotten` counts the removed pairs. The present force does not change. A later force is inexact
+only if a loop closes on the branch of a removed pair.
 """
 
 from __future__ import annotations

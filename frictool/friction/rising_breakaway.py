@@ -4,7 +4,7 @@
 
 t is the time at rest, and tau the rise time. The breakaway rises from fresh F_s just after a stop,
 fresh <= 1, to F_s after a long rest. The thesis does not specify the function F_s(t); this is the
-hyperbola of Armstrong's seven-parameter law [1].
+hyperbola of Armstrong's seven-parameter law (reference [1] of the thesis).
 """
 
 from __future__ import annotations

@@ -26,8 +26,8 @@ def knee_force(v: float, regimes: Vector) -> float:
 def regime_force(speed: float, regimes: Vector, passed: int) -> float:
     """Return the additional friction [N | N m] at a speed >= 0 from the first `passed` knees only.
 
-    With a constant `passed`, the force is a smooth function of the speed. An integrator requires
-    this between two knee speeds.
+    With a constant `passed`, the force is a smooth function of the speed. An integrator requires a
+    smooth force between two knee speeds.
     """
     total = 0.0
     for i in range(0, 2 * passed, 2):

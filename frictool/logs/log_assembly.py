@@ -225,7 +225,7 @@ def add_tables(
 
 
 def _lacks_reference(tables: Sequence[RawTable], bench: Bench) -> bool:
-    """Return True if no table has the column of the reference, but one has that of the position."""
+    """Return True if a table has the position's column, but no table has the reference's column."""
     reference, position = (bench.columns.get(name) for name in ("reference", "position"))
     if reference is None or position is None:
         return False

@@ -25,14 +25,14 @@ class LossList(list[DataLoss]):
         super().__init__()
         self._kinds: dict[
             tuple[tuple[str, ...], str], tuple[int, int]
-        ] = {}  # (channels, reason) -> count, index of the last
+        ] = {}  # (channels, reason) -> count, index of the last loss
 
     def append(self, loss: DataLoss) -> None:
         """Append a loss.
 
         If the list already has MOST_OF_A_KIND losses of the same channels for the same reason,
-        `loss` is merged with the last of these losses. If the list has more than MOST losses,
-        losses of the same channels are merged even if their reasons differ.
+        `loss` is merged with the last of these losses. If the list has MOST losses or more, losses
+        of the same channels are merged even if their reasons differ.
         """
         kind = (loss.channels, loss.reason if len(self) < MOST else "")
         count, last = self._kinds.get(kind, (0, 0))

@@ -100,7 +100,7 @@ class RawTable(Protocol):
     size: int
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column whose name or number (from 1) is `wanted`, else None.
+        """Return the name of the column with the name or number (from 1) `wanted`, else None.
 
         Raises LogError if the column contains no numbers.
         """
@@ -138,7 +138,7 @@ class DerivedTable:
         self.units: Mapping[str, str | None] = table.units
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column whose name or number (from 1) is `wanted`, else None."""
+        """Return the name of the column with the name or number (from 1) `wanted`, else None."""
         return self._table.find(wanted)
 
     def line(self, row: int) -> int | None:
@@ -167,7 +167,7 @@ def fail_at(table: RawTable, row: int, message: str) -> LogError:
 
 
 def find(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element of `names` whose name or number (from 1) is `wanted`, else None."""
+    """Return the element of `names` with the name or number (from 1) `wanted`, else None."""
     if isinstance(wanted, int):
         return names[wanted - 1] if 1 <= wanted <= len(names) else None
     return wanted if wanted in names else None
@@ -189,7 +189,7 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
 
 
 def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "column") -> str:
-    """Return the name of the column whose name or number (from 1) is `wanted`.
+    """Return the name of the column with the name or number (from 1) `wanted`.
 
     Raises LogError, with the nearest name and the available names, if there is no such column.
     """

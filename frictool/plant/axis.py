@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from frictool.plant.axis_friction_laws import PLAIN_SIZE, AxisFrictionLevels, AxisLaws
 
-# beta of table 4.8: breakaway over Coulomb friction inside the backlash
+# beta of table 4.8: breakaway divided by Coulomb friction inside the backlash
 BACKLASH_BREAKAWAY_RATIO = 1.1
 
 # indices of the parameters in the kernels' array: the order of AxisParameters

@@ -10,8 +10,8 @@
 
 F_c is the Coulomb friction, F_s the breakaway, v the speed, e the effort, and t the time at rest.
 v_s, delta, fresh and tau are parameters. Friction is continuous at a knee speed (thesis, figure
-4.10). The numbers in brackets are equations of the thesis. While the backlash is open, only the end
-stops act, and none of the friction above. F_s of the Stribeck curve is the breakaway at the end of
+4.10). The numbers in brackets are equations of the thesis. While the backlash is open, the end
+stops act, but the friction above does not. F_s of the Stribeck curve is the breakaway at the end of
 the last rest.
 """
 
@@ -33,16 +33,17 @@ Sides = tuple[Coefficients, Coefficients]  # forward, backward
 PLAIN_SIZE = 14  # number of parameters of an axis without these laws
 MAX_REGIMES, MAX_TERMS = 4, 8
 
-# indices behind the plain parameters; pairs are (backward, forward): base + (direction > 0)
+# indices after the plain parameters; the index of a pair's element is base + (direction > 0):
+# backward, then forward
 VISCOUS_PAIR, COULOMB_PAIR, BREAKAWAY_PAIR, STOP_PAIR = range(PLAIN_SIZE, PLAIN_SIZE + 8, 2)
 RESTITUTION, STRIBECK_VELOCITY, STRIBECK_EXPONENT, LAYER, FRESH, RISE_TIME = range(
     PLAIN_SIZE + 8, PLAIN_SIZE + 14
 )
-# a regime: knee, viscous backward, viscous forward
+# each regime has three elements: knee, viscous backward, viscous forward
 MAPPED, MAP_LOW, MAP_HIGH, REGIMES = range(PLAIN_SIZE + 14, PLAIN_SIZE + 18)
 COULOMB_MAPS = REGIMES + 3 * MAX_REGIMES
 BREAKAWAY_MAPS = COULOMB_MAPS + 2 * MAX_TERMS
-# size of the data of a dynamic law behind the laws (engine/dynamic_law_axis.py); 0: none
+# number of elements of a dynamic law, which follow (engine/dynamic_law_axis.py); 0: none
 DYNAMIC_SIZE = BREAKAWAY_MAPS + 2 * MAX_TERMS
 EXTENDED_SIZE = DYNAMIC_SIZE + 1
 

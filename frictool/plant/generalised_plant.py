@@ -8,7 +8,8 @@
     outputs z  W2 e; W3 i; and, for each weight that exists, W_u u; W_eta eta; W5 z_Delta
 
 s and x are reference and position, v_c and v reference and actual value of the speed, i is the
-drive and u the commanded drive. W1 to W5, W_u and W_eta are weights (`PlantWeights`).
+drive after its lag, and u the commanded drive. W1 to W5, W_u and W_eta are weights
+(`PlantWeights`).
 
 A sampled plant includes the computational delay. Both structures measure eta = s - x, so that the
 controller has the same input in both structures. The weights are discretised by Tustin's method.
@@ -184,9 +185,9 @@ def generalised_plant(
 ) -> GeneralisedPlant:
     """Return the generalised plant of one vertex; `lag` and `period` are in s.
 
-    If `axis` is a DiagramBlock, `lag` is not used. The ports that this block has in addition to
-    those of `linear_axis` become the first inputs and outputs of the plant. Raises ValueError for a
-    delay in continuous time.
+    If `axis` is a DiagramBlock, `lag` is not used. Ports of this block that `linear_axis` does not
+    have become the first inputs and outputs of the plant. Raises ValueError for a delay in
+    continuous time.
     """
     if delay_samples and not period:
         raise ValueError("a delay in samples needs a sampled plant")

@@ -76,7 +76,7 @@ def linear_axis(
 
 
 def _resonant(axis: Lti, rates: AxisRates, resonance: Lti) -> Lti:
-    # head: 1 with a lag, else 0
+    # head: number of states before the filter's states: 1 with a lag, else 0
     head = axis.order - 2
     m = resonance.order
     a = np.zeros((head + m + 2, head + m + 2))

@@ -9,11 +9,11 @@ linear_axis.py defines the rates k, s, f and the parameters K, J, sigma_v, F_c. 
 the centre and dp = p - p0. Two misprints of the thesis are corrected: (5.49) lacks a factor 1/m,
 and the 1 in A_m of (5.50) belongs in A_0.
 
-`first_order` is affine in the parameters, `exact` in the rates (k, s, f). For a fixed J each rate
-fills an interval, and all rates together fill a box. As J varies, each corner of the box moves
-along a straight line. The hull of the exact vertices therefore contains every plant with parameters
-in the intervals, without approximation. The linearised forms have a relative error of (dJ/J0)^2 in
-1/J, 2.5 % at the ends of table 5.2. Verification always uses the exact plant.
+`first_order` is affine in the parameters, and `exact` is affine in the rates (k, s, f). For a fixed
+J each rate fills an interval, and all rates together fill a box. As J varies, each corner of the
+box moves along a straight line. The hull of the exact vertices therefore contains every plant with
+parameters in the intervals, without approximation. The linearised forms have a relative error of
+(dJ/J0)^2 in 1/J, 2.5 % at the ends of table 5.2. Verification always uses the exact plant.
 """
 
 from __future__ import annotations

@@ -7,8 +7,9 @@
 
 A speed regime is a speed range with its own viscous coefficient. If the speed regimes are
 scheduled, thesis annex C (30)-(32), viscous and coulomb are slope and intercept of each regime's
-tangent (plant/regime_tangents.py). Two regimes double the number of vertices; with all other
-parameters there are 2^5 = 32. With regimes, the centre is the middle of the tangents.
+tangent (plant/regime_tangents.py). Two regimes double the number of vertices; if all other
+parameters are scheduled, too, there are 2^5 = 32. With regimes, the centre is the middle of the
+tangents.
 """
 
 from __future__ import annotations

@@ -81,7 +81,7 @@ def step_zone(length: float, resolution: float, overshoot: float | None = None) 
     -------
     StepZone
         The target ± 5 % of `length`. The end beyond the target is reduced to the permitted
-        overshoot if that is smaller.
+        overshoot if the overshoot is smaller.
     """
     zone = max(ZONE * length, resolution)
     beyond = zone if overshoot is None else min(zone, max(overshoot * length, resolution))

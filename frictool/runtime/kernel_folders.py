@@ -3,7 +3,7 @@
 machine_code_store.py saves and loads the code in these folders.
 
 A folder belongs to one toolchain (numba, llvmlite, numpy, Python, processor), so that an upgrade
-starts a new folder. In this folder, each state of a module's sources has a subfolder
+starts a new folder. In this folder, each state (version) of a module's sources has a subfolder
 (machine_code_store.py), so that two versions of frictool never read each other's code. Folders of
 former toolchains and states are removed when a new folder is made, unless a process uses them or
 used them within the last hour.
@@ -78,7 +78,7 @@ def untrusted_reason(folder: Path, sources: Path) -> str:
         return f"everybody can write in {folder.parent}"
     inside = [Path(entry.path) for entry in os.scandir(folder) if entry.is_dir()]
     for path in (folder, *inside):
-        for status in (path.lstat(), path.stat()):  # of a link, and of its target
+        for status in (path.lstat(), path.stat()):  # check a link and the link's target
             if status.st_uid not in trusted:
                 return f"{path} belongs to user {status.st_uid}"
         if path.stat().st_mode & (stat.S_IWGRP | stat.S_IWOTH):
@@ -126,13 +126,13 @@ def mark_used(folder: Path) -> None:
         while True:
             handle = os.open(folder / USED, os.O_RDWR | os.O_CREAT, 0o666)
             if fcntl is not None:
-                # waits for a process that is removing the folder
+                # wait for a process that is removing the folder
                 fcntl.flock(handle, fcntl.LOCK_SH)
             if _is_still(folder / USED, handle):
                 break
             os.close(handle)
             folder.mkdir(parents=True, exist_ok=True)
-        os.utime(folder / USED)  # Windows takes no handle
+        os.utime(folder / USED)  # by path, because Windows accepts no handle here
         _held.append(handle)
 
 
@@ -196,8 +196,8 @@ def remove(folder: Path, now: float | None = None) -> bool:
 def prune(parent: Path, current: Path) -> list[Path]:
     """Remove old kernel folders in `parent`; return the removed folders.
 
-    The folder `current` stays. Of the others, the `KEPT` most recently used folders stay, unless
-    they were unused for a fortnight.
+    The folder `current` stays. The `KEPT` other folders that were used last also stay, unless they
+    were unused for a fortnight.
     """
     now = time.time()
     others = []

@@ -22,7 +22,7 @@ from pathlib import Path
 from frictool.runtime.module_source import ANALYSIS, ModuleSource, analyse
 
 PACKAGE = Path(__file__).resolve().parents[1]
-# module that imports by computed name, from literal tables that are read here
+# module that imports by computed names; the names are read from literal tables of its callers
 LAZY = "frictool.runtime.lazy_exports"
 STORAGE = frozenset(  # modules that store machine code but generate none
     f"frictool.runtime.{name}"

@@ -202,9 +202,9 @@ def part_kernel(function: F) -> F:
 def summing_kernel(function: F) -> F:
     """Compile a function as `part_kernel` does, but add the terms of sums in any order.
 
-    Sums of long arrays are several times as fast. Their last digits depend on the processor, so
-    that the caller must allow for rounding errors. The last digits of the bounds that `prove`
-    computes over a parameter box may therefore differ between computers.
+    Sums of long arrays are several times as fast as in a fixed order. Their last digits depend on
+    the processor, so that the caller must allow for rounding errors. The last digits of the bounds
+    that `prove` computes over a parameter box may therefore differ between computers.
     """
     return cast(F, _declared(function, {**PART, "fastmath": {"reassoc"}}))
 

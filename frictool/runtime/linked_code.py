@@ -23,7 +23,7 @@ class LinkedLibrary(JITCodeLibrary):
         """Do nothing, since the library of the outermost caller optimizes the code."""
 
     def _finalize_final_module(self) -> None:
-        """Share all functions with callers, without machine code."""
+        """Share all functions with callers as bitcode, without machine code."""
         module = self._final_module
         names = [one.name for one in module.functions if not one.is_declaration]
         self._shared_module = module.clone()

@@ -44,7 +44,7 @@ defer_parts_of_numpy()
 COMPILING = "compiling"
 PATIENCE_S = 300.0  # s, longest wait for another process that compiles the same kernel
 LINKED = "-linked"  # form of code that other kernels link
-POLL_S = 0.02  # s, between two attempts to lock
+POLL_S = 0.02  # s, time between two attempts to lock
 
 
 class _Entry:
@@ -72,9 +72,9 @@ class _Form(CompileResultCacheImpl):
     def reduce(self, compiled: Any) -> tuple[Any, ...]:
         """Return the parts of compiled code that are pickled.
 
-        The environments of numba's functions refer to the package numba instead of their modules.
-        Otherwise, loading would import these modules, which have the sources of the functions. Code
-        without Python objects reads only the constants of an environment.
+        The environments of numba's functions refer to the package numba instead of the modules that
+        define the functions. Otherwise, loading would import these modules. Code without Python
+        objects reads only the constants of an environment.
         """
         *parts, environments = super().reduce(compiled)  # type: ignore[no-untyped-call]  # numba has no types
         return (*parts, tuple(map(_without_module, environments)))
@@ -113,7 +113,7 @@ class KernelStore(FunctionCache):
 
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Return the stored code; None if this process must compile it, while others wait."""
-        rtsys.initialize(context)  # all that stored code needs of numba's context
+        rtsys.initialize(context)  # the only part of numba's context that stored code needs
         overload = self._stored(signature, context)
         if overload is None:
             import_array_functions()

@@ -33,11 +33,11 @@ from frictool.workers.task_batch import Task
 FIRST_S = 10.0  # s, longest wait for the first worker
 # s, after which a message says that a worker has not reported its installation
 SLOW_S = 10.0
-# s without any worker, after which the run fails; a supervisor may restart an ended worker before
+# s without any worker, after which the run fails; until then, a supervisor may restart a worker
 NO_WORKER_S = 60.0
 LOOK_S, POLL_S = 2.0, 0.005  # s, intervals of the checks of workers, and of results
 LIMIT = "`dask worker --memory-limit`"
-MODULE = "'frictool"  # in the message of a failed import of this package or a module of it
+MODULE = "'frictool"  # text in the message of a failed import of frictool or of its modules
 # s without a result, after which workers are checked for a pause due to low memory
 LONG_S = 20.0
 # the run fails if no task has returned results and HOPELESS times the largest number of tasks in
@@ -53,9 +53,9 @@ def run_on_cluster(
 ) -> Iterator[tuple[Task, list[Any]]]:
     """Yield each task with the results of its jobs, in the order of completion.
 
-    Raises ClusterError if the scheduler cannot be reached or has no workers, or if the installation
-    of a worker differs from this installation. Raises WorkerLost if every worker that runs a job
-    dies, and `instead` is None.
+    instead: as in `share` (job_sharing.py). Raises ClusterError if the scheduler cannot be reached
+    or has no workers, or if the installation of a worker differs from this installation. Raises
+    WorkerLost if every worker that runs a job dies, and `instead` is None.
     """
     with connect(address) as client:
         _check(client, address)
@@ -110,7 +110,7 @@ def _answers(client: Any, address: str) -> Any:
         raise ClusterError(f"{address}: the scheduler no longer answers; start it again") from None
     finally:
         slow.cancel()
-    # an OSError is from a worker that has ended
+    # a worker that has ended returns an OSError
     return {name: there for name, there in answers.items() if not isinstance(there, OSError)}
 
 

@@ -168,8 +168,8 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
     other = f"{'tcp' if scheme == 'tls' else 'tls'}://{location}"
     what = "does not use TLS" if failed is not None else "does not answer as a Dask scheduler"
     return (
-        f"{address}: the server at this address {what}; try {other}, or another port (8787 is "
-        "that of the dashboard)"
+        f"{address}: the server at this address {what}; try {other}, or another port "
+        "(8787 is the dashboard)"
     )
 
 

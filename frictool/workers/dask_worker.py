@@ -17,7 +17,7 @@ from frictool.workers.blas_threads import limit_blas_threads
 from frictool.workers.installation_agreement import Installation, installation
 from frictool.workers.task_batch import picklable_error, run_task
 
-# kernels run in parallel, but not all the code around them: threads of a worker take turns
+# threads of a worker take turns: kernels may run in parallel, but not all the code around them
 _TURN = threading.Lock()
 
 
@@ -79,5 +79,5 @@ def _loaded(function: bytes) -> Callable[[Any], Any]:
 def _tell_of_compiling(topic: str) -> None:
     from distributed import get_worker
 
-    with contextlib.suppress(ValueError):  # not in the thread of a task
+    with contextlib.suppress(ValueError):  # get_worker fails outside of a task's thread
         get_worker().log_event(topic, socket.gethostname())

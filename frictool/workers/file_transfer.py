@@ -23,8 +23,9 @@ from frictool.workers.job_sharing import share
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 Paths = tuple[Path, ...]
-LARGEST_SENT = 256_000_000  # bytes of a job's files: a task passes through the scheduler's memory
-JOURNAL = "-wal"  # ending of a database's journal, a file of the same folder
+# largest size of a job's files in bytes: a task passes through the memory of the scheduler
+LARGEST_SENT = 256_000_000
+JOURNAL = "-wal"  # suffix of the journal of a database, a file in the database's folder
 
 
 @dataclass(frozen=True)

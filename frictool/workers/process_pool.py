@@ -126,7 +126,7 @@ class ProcessPool:
         self._instead = instead
         self._again: deque[PendingTask] = deque()
         self._members: list[WorkerProcess] = []
-        # also at the interpreter's exit, which waits for processes
+        # called also at the interpreter's exit, which waits for processes
         self.close = finalize(self, _end, self._members)
         for _ in range(size):
             self._members.append(WorkerProcess(self._function))
@@ -188,7 +188,7 @@ class ProcessPool:
             return []
         deaths = pending.deaths + (
             len(pending.task) == 1
-        )  # of several jobs, the guilty one is unknown
+        )  # with several jobs, it is unknown which job caused the end
         if deaths >= ATTEMPTS:
             return [
                 self._given_up(
@@ -225,7 +225,7 @@ def _end(members: list[WorkerProcess]) -> None:
 def _serve(theirs: Connection, function: bytes) -> None:
     """Run tasks until the pipe is closed; ignore Ctrl-C, which the parent process handles."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # before numpy is loaded: another order of sums gives other bytes
+    # set before numpy is loaded, because another order of sums changes the last digits
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     compiling = functools.partial(theirs.send, (COMPILING, None))
     with (

@@ -22,7 +22,7 @@ class MatrixLine(NamedTuple):
     name: name such as `x(:,1)`.
     first: index of the line's first value among the numbers of the matrix, which are counted column
         by column.
-    stride: difference of this index between consecutive values of the line.
+    stride: increase of the index from one value of the line to the next.
     """
 
     name: str

@@ -107,7 +107,7 @@ class NpyArray:
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Return True if the file is a NumPy array, or a zip archive whose first member is one."""
+    """Return True if the file is a NumPy array, or a zip archive that begins with an array."""
     return head.startswith(NPY) or (
         head.startswith(ZIP)
         and head[30 : 30 + int.from_bytes(head[26:28], "little")].endswith(b".npy")
@@ -170,7 +170,7 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
 
 
 def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
-    """If the member cannot be opened, the stream is empty and its `damage` states the reason."""
+    """Open a member; if this fails, return an empty stream whose `damage` states the reason."""
     try:
         with zipfile.ZipFile(path) as archive:
             return ArchiveBytes(archive.open(member), member.file_size)

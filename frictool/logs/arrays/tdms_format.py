@@ -47,7 +47,7 @@ def _open(path: Path) -> Sequence[LibraryTable]:
     from nptdms import TdmsFile
 
     logging.disable(logging.CRITICAL)
-    file = TdmsFile.open(path.open("rb"))  # for a path, npTDMS would read its index file
+    file = TdmsFile.open(path.open("rb"))  # given a path, npTDMS would read the index file
     damage = CUT if file.file_status.incomplete_final_segment else None
     texts = [text for group in file.groups() for text in _texts(group)]
     if any(REPLACEMENT in text for text in texts):

@@ -63,7 +63,7 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
         return bytes(packed)
     if compression == "zstd":
         try:
-            if zstandard.frame_content_size(packed) not in (-1, size):  # -1: the frame does not say
+            if zstandard.frame_content_size(packed) not in (-1, size):  # -1: size not declared
                 raise ValueError("a chunk and its zstd frame declare different sizes")
             return _per_thread.zstd.decompress(packed, max_output_size=size)
         except zstandard.ZstdError as error:
@@ -82,7 +82,7 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
 def chunk_prefix(rest: bytes) -> bytes:
     """Return the beginning of a truncated chunk, decompressed as far as possible.
 
-    rest: part of the body of the chunk record that exists.
+    rest: part of the body of the chunk record that the file contains.
 
     The last record in the result may be incomplete. Raises ValueError if the head of the chunk is
     truncated.

@@ -22,14 +22,15 @@ from frictool.logs.raw_table import Nanoseconds
 from frictool.typing import Vector
 
 ZSTD = b"zstd"
-# a fast level (level 1 takes a third more time to write and to read); matches are at least 7 bytes,
-# since all messages share their head
+# a fast level (level 1 takes a third more time to write and to read); matches have at least 7
+# bytes, since the heads of all messages are nearly equal
 COMPRESSION = zstandard.ZstdCompressionParameters.from_level(-3, min_match=7)
 
 # heads of the chunk record and of the chunk index record
 # start, end, plain size, CRC, name of the compression, packed size
 _CHUNK = struct.Struct("<BQ QQQI I4s Q")
-# start, end, offset, length, {channel: offset of its index}, indexes, name, packed, plain
+# start, end, offset, length, {channel: index offset}, size of indexes, compression, packed and
+# plain size
 _CHUNK_INDEX = struct.Struct("<BQ QQQQ IHQ Q I4s QQ")
 _CHANNEL_OFFSET = struct.Struct("<HQ")
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])

@@ -140,7 +140,7 @@ class FileRecords:
             pass
 
     def _may_be(self, opcode: int, length: int) -> bool:
-        known = opcode in _KINDS or opcode >= 0x80  # from there on, opcodes are private
+        known = opcode in _KINDS or opcode >= 0x80  # opcodes from 0x80 on are private
         fits = length <= self._size - self.offset and (
             length <= RECORD_BYTES or opcode == Opcode.ATTACHMENT
         )

@@ -12,7 +12,7 @@ from frictool.logs.stream_source import SampleBlock
 
 # ns of a chunk, 0.25 MB at 1 kHz: many small chunks slow down writing and reading
 CHUNK_NS = 4 * NS
-CHUNK_BYTES = 4_000_000  # maximum bytes of a chunk; a fast log has several in CHUNK_NS
+CHUNK_BYTES = 4_000_000  # maximum bytes of a chunk; a fast log has several chunks in CHUNK_NS
 
 
 def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:

@@ -27,7 +27,7 @@ from frictool.typing import Vector
 
 # an effort is treated as computed up to this relative deviation from a multiple of the drive signal
 ROUNDING = 1e-9
-SAME_CONSTANT = 1e-6  # relative difference up to which the actuator constant is unchanged
+SAME_CONSTANT = 1e-6  # relative difference up to which the actuator constant counts as unchanged
 
 
 def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:

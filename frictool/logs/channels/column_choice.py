@@ -57,7 +57,7 @@ CLEAR = 2  # words in the first CLEAR levels of QUANTITIES overrule a unit
 NEUTRAL = {"value", "input", "signal", "axis", "joint", "motor", "achse"}
 MOST_NAMES = 8  # maximum number of column names in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
-# a time without unit is in s if its steps are in this range; no logger is so fast that it is in ms
+# a time without unit is in s if its steps are in this range: no logger has such short steps in ms
 SECONDS = (1e-5, 0.02)
 FEWEST_STEPS = 8  # least number of rows of a column that may be a row number
 STEP_TOLERANCE = 0.02  # relative difference of the steps of a time, from rounding in the file

@@ -237,7 +237,7 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
         if choice.column in unreadable:
             error = unreadable[choice.column]
             text = _message(error)
-            if "layout." not in text:  # the only remedy
+            if "layout." not in text:  # the key of `layout` is the only remedy
                 text += "; the guess needs this column: complete this row, or delete it"
             raise LogError(error.path, text, line=error.line)
     reasons = {name: _reason(error) for name, error in unreadable.items() if name not in used}

@@ -67,7 +67,7 @@ def words(name: str) -> list[str]:
 def quantities(name: str) -> list[str]:
     """Return the channels that the clearest word of a column name may denote.
 
-    The result is empty if no word denotes a channel. It has several channels if the word is
+    The result is empty if no word denotes a channel. The result has several channels if the word is
     ambiguous.
 
     >>> quantities("q_current"), quantities("TorqueCur")

@@ -115,13 +115,13 @@ class EncoderCounter:
         indices = np.flatnonzero(long)
         if indices.size == 0:
             return long
-        if self._index is None:  # the value at which most jumps end
+        if self._index is None:  # counter value at which most jumps end
             landings, slack = raw[indices], limit[indices]
             self._index = float(
                 landings[np.argmax(np.sum(np.abs(landings[:, None] - landings) <= slack, axis=0))]
             )
         left = long.copy()
-        # counts of the sample before index `after`
+        # counts at the sample before the index `after`
         counts = self._counts
         after = 0
         for index in indices.tolist():

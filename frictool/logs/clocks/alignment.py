@@ -12,7 +12,7 @@ from frictool.logs.stream_source import StreamSource
 from frictool.typing import Vector
 
 CLOCK_OFFSET = (
-    "clock_offset"  # metadata record: topic -> lead of the stream's clock, and how it is known
+    "clock_offset"  # metadata record: topic -> lead of the stream's clock, and source of this lead
 )
 MOST_SAMPLES = 1_000_000  # maximum number of samples compared, from the start of each stream
 

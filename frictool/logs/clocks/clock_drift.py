@@ -190,7 +190,8 @@ def _lag(one: Vector, other: Vector) -> tuple[float, float]:
     most = int(LONGEST_LAG * one.size)
     product = np.fft.irfft(np.conj(np.fft.rfft(one, size)) * np.fft.rfft(other, size), size)
     around = np.concatenate((product[-most:], product[: most + 1])) / scale
-    # fewer samples overlap at a lag: without this correction the maximum moves towards 0
+    # fewer samples overlap at a larger lag: without this correction, the best lag would be too
+    # small
     around *= one.size / (one.size - np.abs(np.arange(-most, most + 1)))
     best = int(np.argmax(around))
     return float(best - most), float(around[best])

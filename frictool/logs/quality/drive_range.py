@@ -11,9 +11,9 @@ from frictool.documents.quantity import CHANNEL_DIMENSIONS, si_unit
 from frictool.typing import Vector
 
 SUSPECT = 2.0  # drive signal, relative to the drive's limit, above which there is a warning
-# and above which no part of the signal can be right
+# drive signal, relative to the drive's limit, above which there is an error
 IMPOSSIBLE = 10.0
-LEAST_SHARE = 0.01  # least share of such samples; fewer samples are spikes
+LEAST_SHARE = 0.01  # least share of samples above the limit; fewer samples are spikes
 PER_MILLI = 1000.0
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 KINDS = {
     "sines": "the axis is driven by one sine or several",
     "ramp": "the effort grows from rest until the axis moves, then falls; repeated (breakaway)",
-    "steps": "the reference jumps between positions, or the axis rests at several positions in "
-    "turn",
+    "steps": "the reference jumps between positions, or the axis rests at one position "
+    "after the other",
     "stroke": "the axis moves in one direction, or in one direction and back",
     "free": "the motion matches no other kind of test",
     "rest": "the position does not move",

@@ -15,11 +15,12 @@ from frictool.typing import Vector
 # maximum number of distinct values collected: these suffice to show any relevant step
 MOST = 1 << 17
 SEVERAL = 2.0 * (1.0 - ON_LATTICE)  # least ratio of two steps for a warning
-CHANCE = 1e-6  # a warning is given if coarse steps have a lower probability by chance
+CHANCE = 1e-6  # there is a warning if chance causes coarse steps with a lower probability
 # least number of rest positions between the bench's counts, and their least share of all rest
 # positions
 FEWEST_BETWEEN, SHARE_BETWEEN = 3, 0.25
-SINGLE_PRECISION = 2.0**-22  # largest step by single precision, relative to the largest position
+# largest step that single precision causes, relative to the largest position
+SINGLE_PRECISION = 2.0**-22
 POWER = 1e-4  # largest deviation from a whole exponent of a step that is a power of 2 or 10
 
 
@@ -41,12 +42,12 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the step such that all distances of values are multiples of it, or None."""
+        """Return the step that divides all distances between the values; None if there is none."""
         return encoder_step(self._values) if self._values.size else None
 
 
 def step_doubt(position: Vector, bench: Bench) -> str | None:
-    """Return a warning if the steps of the position are not those of the bench's encoder, or None.
+    """Return a warning if the position's steps differ from the bench's encoder step, else None.
 
     position: samples (n,) in rad or m.
 

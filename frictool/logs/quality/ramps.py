@@ -26,7 +26,7 @@ STRAIGHT = 0.8  # least squared correlation of drive and time in the second half
 # from 0 has 0.5
 RISE = 0.25
 FEWEST_RAMPS = 5  # least number of ramps
-RAMP_SHARE = 0.75  # least duration of all ramps, relative to that of all rests that end in motion
+RAMP_SHARE = 0.75  # least duration of all ramps, relative to all rests that end in motion
 REST_SHARE = 0.5  # least duration of all rests, relative to the duration of the log
 
 

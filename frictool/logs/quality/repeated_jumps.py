@@ -287,7 +287,7 @@ def _directions(around: Matrix) -> tuple[int, int]:
     count = np.nanmin(np.where(size > 0.0, size, np.inf), axis=1, initial=np.inf)
     clear = np.maximum(CLEAR * noise, COUNTS * np.where(np.isfinite(count), count, 0.0))
     forward, backward = np.zeros(clear.size, np.bool_), np.zeros(clear.size, np.bool_)
-    for scale in SCALES:  # the smallest scale at which both sides are clear decides
+    for scale in SCALES:  # the first scale at which both motions are clear decides
         before = np.nansum(around[:, WINDOW - scale : WINDOW], axis=1)
         after = np.nansum(around[:, WINDOW : WINDOW + scale], axis=1)
         decided = ~(forward | backward) & (np.abs(before) > clear) & (np.abs(after) > clear)

@@ -63,7 +63,7 @@ def levels(position: Vector) -> int:
 
 
 def _distances(position: Vector) -> Vector:
-    """Sort the distinct values; return the differences of successive ones.
+    """Sort the distinct values and return the differences of successive values.
 
     Values that differ only by rounding count as one value.
     """

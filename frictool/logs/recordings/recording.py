@@ -169,7 +169,7 @@ class TopicTable:
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column whose name or number (from 1) is `wanted`, else None.
+        """Return the name of the column with the name or number (from 1) `wanted`, else None.
 
         An array element that has a label may also be requested by its index.
 

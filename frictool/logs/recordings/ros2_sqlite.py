@@ -55,7 +55,8 @@ class Db3Recording:
         with open_log(self._path) as stream:
             head = stream.read(100)
         page = int.from_bytes(head[16:18], "big")
-        # if an old library wrote the file last, the numbers differ and the number of pages is wrong
+        # if an old library wrote the file last, the two change counters differ and the page
+        # count is wrong
         known = head[24:28] == head[92:96]
         return (
             max(0, (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big") - self.size)

@@ -86,7 +86,7 @@ class CsvTable:
         self.units = dict(zip(text_layout.names, text_layout.units, strict=True))
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column whose name or number (from 1) is `wanted`, else None."""
+        """Return the name of the column with the name or number (from 1) `wanted`, else None."""
         return find(self.layout.names, wanted)
 
     def line(self, row: int) -> int | None:

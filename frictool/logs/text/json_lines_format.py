@@ -83,7 +83,7 @@ class JsonLinesTable:
                 except ValueError:
                     if row == 0:
                         raise LogError(path, ONE_DOCUMENT) from None
-                    continue  # `blocks` names the line, or counts it as lost
+                    continue  # `blocks` reports the line, or records it as lost
                 stamps.update(dict.fromkeys(_dated(message)))
                 messages.append(message)
         if len(messages) == 1 and any(map(_is_series, messages[0].values())):
@@ -98,7 +98,7 @@ class JsonLinesTable:
             )
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column whose name or number (from 1) is `wanted`, else None."""
+        """Return the name of the column with the name or number (from 1) `wanted`, else None."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:

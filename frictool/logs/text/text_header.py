@@ -1,7 +1,7 @@
 """Header of a text file: metadata, names and units of the columns.
 
 metadata lines       may contain a sample interval. Lines of TwinCAT repeat their key: the line
-                     `Name,a,Name,b` has the names a and b, the line `Unit,...` the units.
+                     `Name,a,Name,b` has the names a and b, and the line `Unit,...` has the units.
 header               the nearest line above the numbers that has the form of a header
 units                part of the header's names, or in a separate line below
 rows of numbers      begin at the first line that has numbers in most of the numeric columns; a

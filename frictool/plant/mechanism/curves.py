@@ -2,8 +2,8 @@
 
 Between two points a curve stays within the range of the two values (Fritsch and Butland, SIAM J.
 Sci. Stat. Comput. 5, 1984): the slope at a point is a weighted harmonic mean of the adjacent
-secants. At the first and last point the slope follows from the three-point formula, limited in the
-same way.
+secants. At the first and last point the slope follows from the three-point formula, limited to 0 to
+3 times the adjacent secant.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from frictool.typing import Vector
 
 PRODUCT_ERROR = 1e-7  # error of a curve that replaces a function, relative to its largest value
 MOST_HALVINGS = 14  # largest number of successive halvings of a piece
-INSIDE = np.linspace(0.0, 1.0, 9)[1:-1]  # positions in a piece that are compared, by its width
+INSIDE = np.linspace(0.0, 1.0, 9)[1:-1]  # where the error of a piece is computed
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.packed_mechanism import FRAME, Couplings
 from frictool.typing import Vector
 
-# rad/s, largest rate of a link whose oscillation is simulated; 1 rad takes about 1 us
+# rad/s, largest rate of a link whose oscillation is simulated; 1 rad takes 5 us
 LARGEST_RATE = 2e5
 
 

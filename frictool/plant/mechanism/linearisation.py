@@ -11,8 +11,8 @@ with the matrices M, D and K of mass, damping and stiffness, the sources' effort
 the links have no losses. With efficiency "driving", power is assumed to flow from the first to the
 second end of each link. A link with the efficiency eta then needs ratio/eta times the effort that
 it transmits (2.3)-(2.5). Therefore L and the efforts of the couplings contain ratio/eta in place of
-the ratio. Two pulleys and a belt give thesis (2.6) with the transfer function (2.7). Without
-damping they give (2.8), with a rigid belt (2.9).
+the ratio. Two pulleys and a belt give thesis (2.6) with the transfer function (2.7). If the belt
+has no damping, the result is (2.8); if the belt is rigid, (2.9).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from frictool.plant.mechanism.packed_mechanism import FRAME
 from frictool.typing import IntVector, Matrix, Vector
 
 Efficiency = Literal["none", "driving"]
-STILL = 1e-7  # fastest rigid-body motion, relative to the fastest eigenvalue
+STILL = 1e-7  # limit of a rigid-body eigenvalue, relative to the largest eigenvalue
 
 
 @dataclass(frozen=True)
