@@ -85,8 +85,8 @@ def position_compensation(
     positions : sequence of n floats
         Rising positions [rad | m]. Outside their range, the value at the nearest end is used.
     forward, backward : sequences of n floats
-        Drive [A | V] that balances (Coulomb friction at each position) - (its mean over the
-        position), in the positive and in the negative direction.
+        Drive [A | V] that balances (Coulomb friction at each position) - (mean Coulomb friction),
+        in the positive and in the negative direction.
     """
     program.block("change of the friction compensation over the position")
     first, last = (

@@ -25,7 +25,7 @@ def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationFinding:
             "C compiler",
             "note",
             f"none of {', '.join(names)} is on the PATH",
-            "install gcc or clang: simulate --target and self-tests need it",
+            "install gcc or clang: simulate --target and self-tests need a C compiler",
         )
     facts = {"path": path, "version": _first_line([path, "--version"])}
     shown = f"{path} ({facts['version']})"

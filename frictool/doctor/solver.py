@@ -34,14 +34,14 @@ def check_solver() -> InstallationFinding:
         return InstallationFinding(
             "solver",
             "wrong",
-            f"the solver ended with {solution.status}, {apart:.3g} away from the solution",
+            f"the solver ended with {solution.status}; the relative error is {apart:.3g}",
             remedy,
             facts,
         )
     return InstallationFinding(
         "solver",
         "ok",
-        f"a matrix inequality is solved; the result is {apart:.1e} away from the known solution",
+        f"a matrix inequality is solved; the relative error of the result is {apart:.1e}",
         facts=facts,
     )
 

@@ -53,8 +53,8 @@ def boundary_film(v: float, boundary: float) -> float:
 def lagged_film(film: float, v_start: float, v_end: float, lag: float, step: float) -> float:
     """Return the film velocity after `step` [s] in which v changes linearly from v_start to v_end.
 
-    film: film velocity at the start. The result is the exact solution of w' = (v - w)/lag, lag in
-    s.
+    film: film velocity at the start. The result is the exact solution of w' = (v - w)/lag; `lag` is
+    in s.
     """
     if lag == 0.0:
         return v_end

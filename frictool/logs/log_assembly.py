@@ -354,7 +354,10 @@ def assemble_log(made: LogAssembly) -> Log:
 
 
 def start_streams(made: LogAssembly, window: TimeWindow = EVERYTHING) -> list[PendingStream]:
-    """Return the streams that have a sample in the window, and set the origin of the log's time."""
+    """Set the origin of the log's time, and return the streams that have a sample in the window.
+
+    Raises LogError if no stream has a sample in the window.
+    """
     begun = []
     for flow in made.flows:
         pieces = flow.samples(made.salvage)

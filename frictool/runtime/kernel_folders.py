@@ -168,7 +168,7 @@ def _take(folder: Path) -> int | None:
 
 
 def remove(folder: Path, now: float | None = None) -> bool:
-    """Remove a kernel folder; return False if it is kept because it was used recently."""
+    """Remove a kernel folder; return False if it is kept (recent use, in use, or an error)."""
     now = time.time() if now is None else now
     try:
         rested = now - _last_used(folder) > REST_S

@@ -174,7 +174,7 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
 
 
 def _failure_of_tls(address: str, context: ssl.SSLContext) -> ssl.SSLError | None:
-    """Return the error of a TLS handshake with the scheduler; None if the handshake succeeds."""
+    """Return the TLS error of a handshake with the scheduler; None if there is no TLS error."""
     host, _, port = address.partition("://")[2].rpartition(":")
     try:
         with (

@@ -13,7 +13,7 @@ MARGIN = 1.05  # factor on the estimated final length: compression varies along 
 class GrowingVector:
     """Vector to which values are appended.
 
-    Memory is reserved for the estimated final length, at most for `most` elements.
+    Memory is reserved for the estimated final length. The estimate is at most `most` elements.
     """
 
     def __init__(self, dtype: DTypeLike, most: int) -> None:

@@ -16,7 +16,7 @@ CHUNK_BYTES = 4_000_000  # maximum bytes of a chunk; a fast log has several chun
 
 
 def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
-    """Yield the samples of a stream in chunks that each cover CHUNK_NS of time.
+    """Yield the samples of a stream in chunks that each cover at most CHUNK_NS of time.
 
     A chunk that is larger than CHUNK_BYTES is divided.
     """

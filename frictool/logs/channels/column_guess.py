@@ -277,8 +277,9 @@ def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
     """Return the kind of axis from the units of positions and velocities, else from the names.
 
     The unit of a column may be the end of its name, as in `angle_deg`; a single letter, as in
-    `theta_m`, may be a label and is not used. The result is None if units and names do not indicate
-    the kind, or contradict each other.
+    `theta_m`, may be a label and is not used. The result is None if neither units nor names
+    indicate the kind, or if the units indicate both kinds. Without units, the result is also None
+    if the names indicate both kinds.
     """
     units = [
         unit

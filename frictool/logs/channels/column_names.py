@@ -132,14 +132,15 @@ def is_connector(name: str) -> bool:
 
 
 def unit_in(name: str) -> str | None:
-    """Return the unit at the end of a column name with several words, else None.
+    """Return the unit at the end of a column name; None if the name ends in no unit.
 
     >>> unit_in("measured_velocity_deg_s"), unit_in("timestamp_ms")
     ('deg/s', 'ms')
     >>> unit_in("torque_Nm"), unit_in("pos_estimate")
     ('N m', None)
 
-    A single A or V is a unit only after the name of a current or voltage. Otherwise it is a label.
+    A name of a single word is a unit only if it is rpm, amps, volts, counts or ticks. A single A or
+    V is a unit only after the name of a current or voltage. Otherwise it is a label.
 
     >>> unit_in("motor_current_A"), unit_in("Phase A")
     ('A', None)

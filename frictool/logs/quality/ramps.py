@@ -44,7 +44,7 @@ def without_flicker(position: Vector, count: float) -> Vector:
 
     Flicker is a sequence of three or more changes by one count whose signs alternate. It occurs if
     the axis rests near the edge of a count and vibrates, or if the sensor is noisy. During the
-    flicker, the result is the position after it.
+    flicker, the result is the position after the flicker.
 
     count: encoder step, in the unit of the position.
     """

@@ -69,7 +69,7 @@ class FlatTopDetector:
         self._last = float(values[-1])
 
     def result(self) -> tuple[FlatTop, ...]:
-        """Return the flat tops: first the one at the lowest value, then the one at the highest."""
+        """Return the flat tops: first at the lowest value, then at the highest value."""
         if (
             self._high <= self._low
             or self._others < SHORTEST

@@ -113,7 +113,7 @@ def reversed_signal(effort: str, position: Vector, reference: Vector | None) -> 
 
 
 def reversal(name: str, bench: Bench | None) -> str:
-    """Return advice how to reverse a signal in bench.yaml; name: element of `SignCheck.reversed`.
+    """Return advice on reversing a signal in bench.yaml; name: element of `SignCheck.reversed`.
 
     If `name` is "position or ...", reversing either signal corrects the signs, and the advice is to
     reverse the position. If the log has a reference and a position that is not in counts, the

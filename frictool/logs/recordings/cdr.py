@@ -66,7 +66,7 @@ class NumberField:
             yield from (f"{self.path}[{index}]" for index in range(self.count))
 
     def slot(self, path: str) -> tuple[int, str] | None:
-        """Return (offset, dtype) of the field's number with this path; None if there is none."""
+        """Return (offset, dtype) of the field's number with this path; None for an unknown path."""
         if self.count is None:
             return (self.offset, self.dtype) if path == self.path else None
         if not path.startswith(self.path + "[") or not path.endswith("]"):

@@ -108,8 +108,9 @@ def fitted(
 ) -> PiecewiseCubic:
     """Return a piecewise cubic that approximates a function that is smooth between `breaks`.
 
-    Pieces are halved until their error is below PRODUCT_ERROR. The slope may jump at a break,
-    because `slope` is evaluated just inside each piece.
+    Pieces are halved, at most MOST_HALVINGS times, until their error is below PRODUCT_ERROR times
+    the largest value. The slope may jump at a break, because `slope` is evaluated just inside each
+    piece.
     """
     pieces: list[tuple[float, float, Vector]] = []
     largest = float(np.max(np.abs(value(np.linspace(breaks[0], breaks[-1], 1001))))) or 1.0
