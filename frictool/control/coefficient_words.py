@@ -17,8 +17,8 @@ def round_coefficient(value: float, bits: int) -> float:
 def coefficient(value: float, bits: int) -> tuple[int, int]:
     """Return (word, fraction) of a fixed-point coefficient, value = word 2^-fraction.
 
-    bits: number of bits of the integer word without the sign. fraction: number of fractional bits,
-    0 for an integer that fits into the word.
+    `bits` is the number of bits of the integer word without the sign. The fraction is the number of
+    fractional bits; it is 0 for an integer that fits into the word.
     """
     if value == int(value) and abs(value) < 2**bits:
         return int(value), 0

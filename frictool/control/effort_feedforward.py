@@ -48,8 +48,10 @@ def sample_motion(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the mean speed and mean acceleration of the reference over the last sample period.
 
-    speed: speed of the prefilter or profile at this sample. The state `filtered_speed_before`
-    contains the speed one sample ago. period: sample period [s].
+    - speed: speed of the prefilter or profile at this sample
+    - period: sample period [s]
+
+    The state `filtered_speed_before` contains the speed one sample ago.
     """
     program.block("motion of the filtered reference over one sample")
     before = program.states["filtered_speed_before"]

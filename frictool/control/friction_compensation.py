@@ -41,8 +41,8 @@ def model_compensation(
 ) -> ProgramNode:
     """Return the drive [A | V] that balances the modelled friction at a speed.
 
-    coulomb, viscous: friction coefficients divided by the torque or force constant of the drive.
-    smoothing: smoothing speed v_s [rad/s | m/s].
+    - coulomb, viscous: friction coefficients divided by the torque or force constant of the drive
+    - smoothing: smoothing speed v_s [rad/s | m/s]
     """
     program.block("friction compensation from the model")
     dry = program.constant(coulomb, "coulomb_drive") * direction(program, speed, smoothing)

@@ -21,8 +21,11 @@ def corner_weights(
 ) -> list[ProgramNode]:
     """Return the weight alpha_i of each corner, a combination of ends of the parameter intervals.
 
-    names: scheduled parameters. corners: values of the parameters at each corner. Each parameter
-    becomes a state of the program, which starts in the middle of the parameter's interval.
+    - names: scheduled parameters
+    - corners: values of the parameters at each corner
+
+    Each parameter becomes a state of the program, which starts in the middle of the parameter's
+    interval.
     """
     program.block("weights of the scheduled parameters (5.46)")
     one = program.constant(1.0)

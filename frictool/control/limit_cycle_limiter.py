@@ -63,8 +63,8 @@ def virtual_friction(
 ) -> ProgramNode:
     """Return the drive [A | V] of the virtual friction, which opposes the measured speed.
 
-    drive_per_virtual: drive that produces the full virtual friction F_cv [A | V]. virtual_speed:
-    speed scale v_r [rad/s | m/s].
+    - drive_per_virtual: drive that produces the full virtual friction F_cv [A | V]
+    - virtual_speed: speed scale v_r [rad/s | m/s]
     """
     program.block("virtual friction (5.41)")
     ratio = program.constant(1.0 / virtual_speed, "per_virtual_speed") * speed

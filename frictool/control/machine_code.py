@@ -41,9 +41,9 @@ _serial = itertools.count()
 class MachineCode(NamedTuple):
     """Compiled function that runs one sample of a program.
 
-    `address`: address of the function f(address of the program's array `real`, reference, position,
-    velocity), which returns one value of the program, by default the drive. `library`: the compiled
-    code, which is freed with this object.
+    - address: address of the function f(address of the program's array `real`, reference, position,
+      velocity), which returns one value of the program, by default the drive
+    - library: the compiled code, which is freed with this object
     """
 
     address: int
@@ -53,9 +53,9 @@ class MachineCode(NamedTuple):
 class ProgramStructure(NamedTuple):
     """Operations and indices of a program, without coefficients.
 
-    The columns of `code`, `terms` and `writes` are those in CompiledProgram. `inputs`: index of
-    each input of PORTS, or -1 if the program does not have it. `output`: index of the value that
-    the compiled function returns.
+    - code, terms, writes: rows with the columns that CompiledProgram describes
+    - inputs: index of each input of PORTS, or -1 if the program does not have the input
+    - output: index of the value that the compiled function returns
     """
 
     code: tuple[tuple[int, ...], ...]

@@ -25,9 +25,11 @@ def write_guard(
 ) -> GuardNodes:
     """Write the guard as the first operations of a program and return its nodes.
 
-    inputs: inputs by name. hold_samples: invalid samples in a row that are tolerated. The
-    controller must use the values `GuardNodes.used` in place of the inputs, and set the drive to 0
-    while `GuardNodes.fault` is true.
+    - inputs: inputs by name
+    - hold_samples: largest number of invalid samples in a row before the fault
+
+    The controller must use the values `GuardNodes.used` in place of the inputs, and set the drive
+    to 0 while `GuardNodes.fault` is true.
     """
     program.block(
         f"an input that is not a number keeps its last valid value for at most {hold_samples} "

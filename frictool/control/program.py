@@ -176,8 +176,9 @@ class Program:
     def last(self, name: str, value: ProgramNode, start: float | str) -> ProgramNode:
         """Return a state that contains `value` as it was one sample ago.
 
-        name: name of the state without the suffix `_before`; a second call with this name returns
-        the same state. start: value at the first sample, a number or the name of an input.
+        - name: name of the state without the suffix `_before`; a second call with this name
+          returns the same state
+        - start: value at the first sample, a number or the name of an input
         """
         state = self.states.get(f"{name}_before")
         if state is None:

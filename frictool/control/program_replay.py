@@ -25,9 +25,12 @@ def record_along(
 ) -> None:
     """Run a program in double arithmetic over n samples, and record values of its nodes.
 
-    `machine` is changed in place. `samples` (n, i) contains the inputs; `inputs` (i,) are the
-    indices of their nodes. Fills the first s columns of `values` (n, s + o) with the nodes `states`
-    (s,) before each sample, and the other columns with the nodes `others` (o,) after the sample.
+    - machine: program, changed in place
+    - inputs (i,): indices of the input nodes
+    - samples (n, i): values of the inputs
+    - states (s,), others (o,): indices of the nodes to record
+    - values (n, s + o): filled with the nodes `states` before each sample in the first s columns,
+      and with the nodes `others` after the sample in the other columns
     """
     for k in range(samples.shape[0]):
         for column in range(inputs.shape[0]):
@@ -50,8 +53,9 @@ def value_along(
 ) -> None:
     """Run a controller over n samples, and record the value [SI] of one node in `values` (n,).
 
-    `machine` is changed in place. index: index of the node. reference, position, velocity (n,):
-    inputs of the controller. The program may have any number format.
+    - machine: program in any number format, changed in place
+    - index: index of the node
+    - reference, position, velocity (n,): inputs of the controller
     """
     for k in range(reference.shape[0]):
         control_step(machine, reference[k], position[k], velocity[k])

@@ -30,7 +30,8 @@ def reference_derivatives(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return speed and acceleration of the reference, predicted `ahead` [s] after the sample.
 
-    bandwidth: bandwidth of the filter [rad/s]. period: sample period [s].
+    - bandwidth: bandwidth of the filter [rad/s]
+    - period: sample period [s]
     """
     program.block("speed and acceleration of the reference: state-variable filter, by Tustin")
     w = bandwidth

@@ -50,7 +50,8 @@ def output(
 
     Return the node of the unlimited drive, and a list of the pairs (input, output) of the sections.
 
-    entering: input e of the first section. `bounds` (2 m,): bounds of the states s1, s2.
+    - entering: input e of the first section
+    - bounds (2 m,): bounds of the states s1, s2 of each section
     """
     program.block("linear controller: second-order sections, transposed direct form II")
     passed = []

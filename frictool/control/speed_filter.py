@@ -18,8 +18,10 @@ from frictool.control.program import Program, ProgramNode
 def first_order(bandwidth: float, period: float) -> tuple[float, float]:
     """Return (a, b) of v[k] = a v[k-1] + b (u[k] + u[k-1]).
 
-    u is the input and v the output of the filter. bandwidth: bandwidth w [rad/s]. period: sample
-    period [s].
+    u is the input and v the output of the filter.
+
+    - bandwidth: bandwidth w [rad/s]
+    - period: sample period [s]
     """
     x = bandwidth * period
     return (2.0 - x) / (2.0 + x), x / (2.0 + x)

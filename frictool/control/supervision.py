@@ -37,7 +37,8 @@ CommandName = Literal["disable", "enable", "hold", "follow", "fault", "reset"]
 class SupervisedProgram:
     """Controller program that accepts commands between samples.
 
-    `program`: program of the controller. `new`: the same program, compiled and not yet started.
+    - program: program of the controller
+    - new: the same program, compiled and not yet started
     """
 
     def __init__(self, program: Program, new: CompiledProgram) -> None:

@@ -94,8 +94,8 @@ def write_prediction(
 ) -> tuple[ObserverNodes, ActiveModeNodes]:
     """Write the states of the observer; return the estimates and the active mode at this sample.
 
-    position: measured position y [rad | m]. The observer starts at this position, at rest, without
-    wear.
+    `position` is the measured position y [rad | m]. The observer starts at this position, at rest,
+    without wear.
     """
     program.block("switched observer: its mode from the estimate, the mode's gains and friction")
     top = facts.top_speed
@@ -137,7 +137,8 @@ def write_correction(
 ) -> None:
     """Write the next states of the observer: prediction by the model plus measurement correction.
 
-    position: measured position y [rad | m]. effort: drive effort u [N m | N] until the next sample.
+    - position: measured position y [rad | m]
+    - effort: drive effort u [N m | N] until the next sample
     """
     program.block("switched observer: prediction by the model of the mode, correction by its gains")
     theta, omega, wear = (program.states[name] for name in STATES)

@@ -37,8 +37,11 @@ def is_settled(
 ) -> ProgramNode:
     """Return the condition |error| <= band and |reference speed| < `settled_speed` [rad/s | m/s].
 
-    error: position error [rad | m]. band: half-width of the rest band [rad | m]. The second
-    condition is left out if `reference_speed` or `settled_speed` is None.
+    - error: position error [rad | m]
+    - band: half-width of the rest band [rad | m]
+
+    The condition on the reference speed is left out if `reference_speed` or `settled_speed` is
+    None.
     """
     inside = abs(error) <= band
     if reference_speed is None or settled_speed is None:

@@ -212,7 +212,7 @@ def levels(
     """Write the law's parameters at position x [m | rad] after `dwell` [s] at rest to `out`.
 
     `forward`, `backward`, `table`: arrays of a PackedExtension. Returns the factor of the
-    breakaway: the product of the factors of position and dwell.
+    breakaway: the product of the factors of the position and of the time at rest.
     """
     first = COEFFICIENTS
     second = int(table[BACKWARD_START])

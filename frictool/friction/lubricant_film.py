@@ -35,7 +35,8 @@ STATIC, BOUNDARY, PARTIAL, FULL = 1, 2, 3, 4
 def film_force(at_film: float, v: float, film: float, viscous: float) -> float:
     """Return the friction F = `at_film` + viscous (v - film) [N | N m] at velocity v.
 
-    at_film: friction of the law at the velocity `film` of the film. viscous: coefficient sigma_v.
+    - at_film: friction of the law at the velocity `film` of the film
+    - viscous: coefficient sigma_v
     """
     return at_film + viscous * (v - film)
 

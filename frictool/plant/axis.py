@@ -52,10 +52,13 @@ LOOSE = 2.0  # moving inside the backlash; -2 in the negative direction
 class AxisParameters(NamedTuple):
     """Parameters of an axis, in SI units of a rotary | linear axis.
 
-    `checked` replaces a `breakaway` below `coulomb` by `coulomb`. offset: constant effort that
-    opposes a positive drive. constant: effort per A or V. lag [s]: time constant of the drive.
-    backlash: full width. encoder_step: 0 for a sensor without quantisation. resistance: 0 if the
-    limit of the winding is neglected.
+    - breakaway: `checked` replaces a value below `coulomb` by `coulomb`
+    - offset: constant effort that opposes a positive drive
+    - constant: effort per A or V
+    - lag: time constant of the drive, s
+    - backlash: full width of the backlash
+    - encoder_step: 0 for a sensor without quantisation
+    - resistance: 0 if the limit of the winding is neglected
     """
 
     inertia: float  # kg m^2 | kg

@@ -17,9 +17,9 @@ TOLERANCE = 1e-7  # largest error of a step, relative to the scales of AxisDynam
 class AxisDynamicLaw(NamedTuple):
     """Dynamic friction law of an axis.
 
-    `p`: `law.pack(...)`. `extension`: friction levels by direction and position, and viscous
-    coefficients by speed range. `speed_scale` [rad/s | m/s] and `length_scale` [rad | m]: reference
-    values of relative errors.
+    - p: parameter array, the result of `law.pack(...)`
+    - speed_scale [rad/s | m/s], length_scale [rad | m]: reference values of relative errors
+    - extension: friction levels by direction and position, and viscous coefficients by speed range
     """
 
     law: Law

@@ -70,9 +70,10 @@ class AxisFrictionLevels(NamedTuple):
 class FrictionPositionShape(NamedTuple):
     """Coulomb friction and breakaway as functions of the position, from low to high [rad | m].
 
-    Outside this range, friction is constant. coulomb, breakaway: pairs (forward, backward) of
-    polynomial coefficients, in any unit of effort. Each polynomial, divided by its mean, multiplies
-    the friction level of its direction.
+    - coulomb, breakaway: pairs (forward, backward) of polynomial coefficients, in any unit of effort
+
+    Each polynomial, divided by its mean, multiplies the friction level of its direction. Outside
+    the range `low` to `high`, friction is constant.
     """
 
     low: float
@@ -84,11 +85,14 @@ class FrictionPositionShape(NamedTuple):
 class AxisLaws(NamedTuple):
     """Friction of an axis by direction, speed, position and time at rest, and end stops; SI.
 
-    With the default values, only the friction in `AxisParameters` acts. backward: friction in the
-    negative direction; None if it equals the friction in the positive direction. fresh: breakaway
-    just after a stop divided by the breakaway after a long rest. rise_time [s]: rise time tau of
-    the breakaway; 0 if the breakaway does not depend on the time at rest. stribeck_velocity: 0
-    without Stribeck effect.
+    With the default values, only the friction in `AxisParameters` acts.
+
+    - backward: friction in the negative direction; None if it equals the friction in the positive
+      direction
+    - fresh: breakaway just after a stop divided by the breakaway after a long rest
+    - rise_time: rise time tau of the breakaway, s; 0 if the breakaway does not depend on the time
+      at rest
+    - stribeck_velocity: 0 without Stribeck effect
     """
 
     backward: AxisFrictionLevels | None = None

@@ -82,9 +82,11 @@ class PlantWeights:
 def template(bandwidth: float, modulus_margin: float, static_error: float) -> FirstOrderWeight:
     """Return the weight W2 (thesis 5.56) of the error.
 
-    bandwidth: zero z2 of W2 [rad/s]. modulus_margin: smallest allowed modulus margin M_mod.
-    static_error: largest allowed relative static error e_stat. By thesis (5.57), the pole is
-    p2 = z2 M_mod e_stat and the gain is G2 = M_mod z2/p2.
+    - bandwidth: zero z2 of W2 [rad/s]
+    - modulus_margin: smallest allowed modulus margin M_mod
+    - static_error: largest allowed relative static error e_stat
+
+    By thesis (5.57), the pole is p2 = z2 M_mod e_stat and the gain is G2 = M_mod z2/p2.
     """
     pole = bandwidth * modulus_margin * static_error
     return FirstOrderWeight(modulus_margin * bandwidth / pole, bandwidth, pole)

@@ -31,9 +31,11 @@ OUTPUTS = ("drive", "speed", "eta")
 class AxisRates:
     """Parameters of an axis, each divided by the inertia.
 
-    drive: actuator's constant [rad/s^2 or m/s^2 per A or V]. viscous: viscous friction [1/s].
-    friction: Coulomb friction [rad/s^2 or m/s^2]. push: unit of the uncertainty channel [rad/s^2 or
-    m/s^2]. spring: stiffness of a spring on the axis [1/s^2].
+    - drive: actuator's constant [rad/s^2 or m/s^2 per A or V]
+    - viscous: viscous friction [1/s]
+    - friction: Coulomb friction [rad/s^2 or m/s^2]
+    - push: unit of the uncertainty channel [rad/s^2 or m/s^2]
+    - spring: stiffness of a spring on the axis [1/s^2]
     """
 
     drive: float
@@ -48,10 +50,13 @@ def linear_axis(
 ) -> DiagramBlock:
     """Return the axis with the drive's time constant `lag` [s], continuous or sampled.
 
-    period: sample period [s], 0 for continuous time. resonance: continuous filter with static gain
-    1 between the drive's effort and the axis (adapters/resonance_filter.py). The states are the
-    drive (only if it has a lag), the filter's states, the speed, and eta, the integral of the speed
-    reference minus the position. INPUTS and OUTPUTS contain the names of the ports.
+    - period: sample period [s], 0 for continuous time
+    - resonance: continuous filter with static gain 1 between the drive's effort and the axis
+      (adapters/resonance_filter.py)
+
+    The states are the drive (only if it has a lag), the filter's states, the speed, and eta, the
+    integral of the speed reference minus the position. INPUTS and OUTPUTS contain the names of the
+    ports.
     """
     k = rates.drive
     s = rates.viscous

@@ -64,9 +64,11 @@ def spanned(
 ) -> Polytope:
     """Return the polytope that the 1 to 5 parameters `scheduled` span within `box`.
 
-    box: interval of each of PARAMETERS [SI]. levels: intervals of the speed regimes if "regime" is
-    scheduled, else None; each regime then has separate vertices. Raises ValueError if `scheduled`
-    is empty or names a parameter twice.
+    - box: interval of each of PARAMETERS [SI]
+    - levels: intervals of the speed regimes, with separate vertices for each regime, if "regime" is
+      scheduled; else None
+
+    Raises ValueError if `scheduled` is empty or names a parameter twice.
     """
     if not scheduled or len(set(scheduled)) != len(scheduled):
         raise ValueError(

@@ -48,10 +48,12 @@ class RegimeLevels:
 def tangents(levels: RegimeLevels, *, viscous: bool, coulomb: bool) -> tuple[RegimeTangent, ...]:
     """Return the tangents of every regime, at both ends of the scheduled intervals.
 
-    viscous: True if the slopes are scheduled. coulomb: True if the Coulomb friction is scheduled.
-    All slopes are at the lower or all at the upper end of their intervals. A parameter that is not
-    scheduled has the upper end of its interval; the polytope also contains the plants with lower
-    values, as the annex states after (32).
+    - viscous: True if the slopes are scheduled
+    - coulomb: True if the Coulomb friction is scheduled
+
+    Either all slopes are at the lower ends of their intervals, or all are at the upper ends. A
+    parameter that is not scheduled has the upper end of its interval; the polytope also contains
+    the plants with lower values, as the annex states after (32).
     """
     lows, highs = zip(*levels.viscous, strict=True)
     slopes = (lows, highs) if viscous else (highs,)

@@ -17,9 +17,11 @@ from frictool.typing import Vector
 class FirmwareLaw(NamedTuple):
     """Parameters of a servo's firmware, and constants of the motor.
 
-    duty_per_error: duty cycle per rad and unit of the gain. goal_speed: speed limit of the profile
-    [rad/s]. delay: time after which goal, gain and torque switch act [s]. back_emf [V s/rad],
-    constant [N m/V]: constants of the motor. loop_period: sample period of the firmware [s].
+    - duty_per_error: duty cycle per rad and unit of the gain
+    - goal_speed: speed limit of the profile [rad/s]
+    - delay: time after which goal, gain and torque switch act [s]
+    - back_emf [V s/rad], constant [N m/V]: constants of the motor
+    - loop_period: sample period of the firmware [s]
     """
 
     duty_per_error: float

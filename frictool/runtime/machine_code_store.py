@@ -197,7 +197,7 @@ class KernelStore(FunctionCache):
         return reached(self._py_func, sources.holds) <= sources.state({self._module}).modules
 
     def _claim(self, signature: Any) -> bool:
-        """Wait for processes that compile this code, then take the lock; return False on failure."""
+        """Wait for processes that compile this code, then lock it; return False on failure."""
         words = f"{self._cache_file._index_path}\0{signature}"
         byte = int.from_bytes(hashlib.sha256(words.encode()).digest()[:7], "big")
         if not _lock(self._folder, byte):

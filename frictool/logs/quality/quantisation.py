@@ -96,7 +96,8 @@ def _from_format(position: Vector, step: float, bench: Bench) -> bool:
 def _stands_between(steps: Vector, parts: int) -> bool:
     """Return True if the axis often rests between the bench's counts.
 
-    steps: positions (n,) in steps of the log. parts: number of these steps in one count.
+    steps: positions (n,) in steps of the log.
+    parts: number of these steps in one count.
     """
     places, times = np.unique(steps[1:][np.diff(steps) == 0.0], return_counts=True)
     if not places.size:

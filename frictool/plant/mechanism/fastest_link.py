@@ -33,10 +33,12 @@ class LinkRates(NamedTuple):
     its ends referred to the second end. The inertia of an end includes rigidly linked blocks. A
     link with the stiffness k and the damping d has the rate max(sqrt(k/m), d/m).
 
-    mobility: 1/m [1/kg | 1/(kg m^2)]. rate [1/s]. damping: damping in a simulation [N s/m | N m
-    s/rad]. raised: True if this damping is the critical damping 2 sqrt(k m), because sqrt(k/m)
-    exceeds LARGEST_RATE and the link has no backlash. stiff: True if the rate exceeds LARGEST_RATE
-    and `damping` is at least critical.
+    - mobility: 1/m [1/kg | 1/(kg m^2)]
+    - rate: rate of the link [1/s]
+    - damping: damping in a simulation [N s/m | N m s/rad]
+    - raised: True if `damping` is the critical damping 2 sqrt(k m) in place of a smaller d, because
+      sqrt(k/m) exceeds LARGEST_RATE and the link has no backlash
+    - stiff: True if the rate exceeds LARGEST_RATE and `damping` is at least critical
     """
 
     mobility: Vector

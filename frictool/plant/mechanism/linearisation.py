@@ -231,9 +231,10 @@ def _couplings(
 ) -> tuple[Matrix, Matrix, Vector, Vector]:
     """Return stretch and pull (k, n), stiffness and damping (k,) of the couplings.
 
-    stretch: stretch of each coupling per unit of each block's coordinate. pull: a coupling with the
-    force f acts on the blocks with the efforts -pull f. Stiffness and damping are 0 while the
-    backlash is open.
+    - stretch: stretch of each coupling per unit of each block's coordinate
+    - pull: a coupling with the force f acts on the blocks with the efforts -pull f
+
+    Stiffness and damping are 0 while the backlash is open.
     """
     couplings, curves = assembled.packed.couplings, assembled.packed.curves
     count = len(couplings.a)

@@ -22,8 +22,10 @@ CLOSED = 1e-9  # allowed deviation from 1 of the product of the ratios around a 
 class Transmission:
     """One link between the blocks a and b, in SI.
 
-    gap: half of the backlash, in the coordinate of b. stiffness, damping: in the coordinate of b;
-    the stiffness of a rigid link is None. packed_mechanism.py defines the other fields.
+    - gap: half of the backlash, in the coordinate of b
+    - stiffness, damping: in the coordinate of b; the stiffness of a rigid link is None
+
+    packed_mechanism.py defines the other fields.
     """
 
     name: str
@@ -59,8 +61,8 @@ class Transmission:
 class RigidGroup:
     """Blocks that move together.
 
-    ratios: speed of each block of the group divided by the speed of `root`. inertia: total inertia
-    reflected to `root`.
+    - ratios: speed of each block of the group divided by the speed of `root`
+    - inertia: total inertia reflected to `root`
     """
 
     root: int
@@ -248,7 +250,8 @@ def loose_parts(
 ) -> list[list[int]]:
     """Return the connected parts of the mechanism that contain none of the blocks `anchored`.
 
-    `links`: pairs of blocks that a link of any kind connects. `count`: number of blocks.
+    - links: pairs of blocks that a link of any kind connects
+    - count: number of blocks
     """
     neighbours: list[list[int]] = [[] for _ in range(count)]
     for a, b in links:

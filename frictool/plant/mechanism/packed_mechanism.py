@@ -134,8 +134,8 @@ class PackedDrives(NamedTuple):
 class PackedMechanism(NamedTuple):
     """Whole mechanism as arrays.
 
-    inertia (n,): kg m2 | kg. scale (n,): typical speed of each block [rad/s | m/s], to which
-    tolerances are relative.
+    - inertia (n,): inertia of each of the n blocks [kg m2 | kg]
+    - scale (n,): typical speed of each block [rad/s | m/s], to which tolerances are relative
     """
 
     inertia: Vector

@@ -27,11 +27,13 @@ def speed_scale(
 ) -> Vector:
     """Return the typical speeds (n,) [rad/s | m/s] of the blocks.
 
-    ratios: (a, b, speed of b divided by speed of a) for the blocks a and b of every link. pushed:
-    (block, largest effort) of every source. known: one block and its top speed. In each connected
-    part of the mechanism, one block determines the speeds of all others by the link ratios. The
-    speed of this block is its top speed, or, if this is unknown, the speed that the largest effort
-    reaches within RISE_S. Raises ElementError if the speeds differ too much.
+    - ratios: (a, b, speed of b divided by speed of a) for the blocks a and b of every link
+    - pushed: (block, largest effort) of every source
+    - known: one block and its top speed; None if no top speed is known
+
+    In each connected part of the mechanism, one block determines the speeds of all others by the
+    link ratios. The speed of this block is its top speed or, if this is unknown, the speed that the
+    largest effort reaches within RISE_S. Raises ElementError if the speeds differ too much.
     """
     count = len(inertia)
     neighbours: list[list[tuple[int, float]]] = [[] for _ in range(count)]
