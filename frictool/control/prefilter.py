@@ -3,9 +3,9 @@
     f' = v,   v' = w0^2 (r - f) - 2 m w0 v        f filtered reference, v its speed, r reference
 
 w0 is the natural frequency [rad/s], m the damping ratio, and T the sample period. The trapezoidal
-rule with h = T/2, applied to both equations, gives f and v at the new sample. Hence f[k] - f[k-1] =
-h (v[k] + v[k-1]) holds exactly, and v = 0 shows that f has settled. If f = r and v = 0, f and v
-stay exactly constant until r changes.
+rule with h = T/2, applied to both equations, gives f and v at the new sample. Therefore f[k] -
+f[k-1] = h (v[k] + v[k-1]) holds exactly, and v = 0 shows that f has settled. If f = r and v = 0, f
+and v stay exactly constant until r changes.
 
 Properties: unit gain, delay 2 m/w0, overshoot exp(-pi m/sqrt(1 - m^2)) (1.5 % at m = 0.8). Rule
 (section 5.4.3.2 of the thesis): w0 = 6/(specified response time) and m = 0.8; the bandwidth of the

@@ -8,7 +8,7 @@ F_c is the Coulomb friction, F_s the breakaway (section 3.4.2.3 of the thesis), 
 the time at rest, v the velocity, and sigma_v the viscous coefficient. The kernels of the law are
 not changed: before each call, the present F_c and F_s are written to the parameter array p. The
 knee force is an additional viscous friction above certain speeds (friction/speed_regimes.py). The
-film between the surfaces has a velocity of its own (friction/lubricant_film.py).
+film between the surfaces has a separate velocity (friction/lubricant_film.py).
 """
 
 from __future__ import annotations

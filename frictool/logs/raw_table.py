@@ -23,7 +23,7 @@ from frictool.documents.name_list import LONGEST_LIST, listed
 from frictool.errors import LogError
 from frictool.typing import Vector
 
-# maximum rows of a block; a file's own larger blocks (chunks, records) are split
+# maximum rows of a block; larger blocks of a file (chunks, records) are split
 BLOCK_ROWS = 1 << 16
 LONGEST_REASON = 60  # maximum number of characters of a library's error text in a message
 LAYOUT = "layout"  # metadata record: file -> description of its detected layout

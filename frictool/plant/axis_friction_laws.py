@@ -70,7 +70,7 @@ class AxisFrictionLevels(NamedTuple):
 class FrictionPositionShape(NamedTuple):
     """Coulomb friction and breakaway as functions of the position, from low to high [rad | m].
 
-    - coulomb, breakaway: pairs (forward, backward) of polynomial coefficients, in any unit of effort
+    - coulomb, breakaway: pairs (forward, backward) of polynomial coefficients, in any effort unit
 
     Each polynomial, divided by its mean, multiplies the friction level of its direction. Outside
     the range `low` to `high`, friction is constant.

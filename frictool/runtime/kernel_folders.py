@@ -278,7 +278,8 @@ def writing(folder: Path) -> Iterator[bool]:
     finally:
         if fcntl is not None:
             with suppress(OSError):
-                # explicit, because a child process forked meanwhile also has the handle
+                # unlock explicitly, because a child process that was forked meanwhile also has the
+                # handle
                 fcntl.flock(handle, fcntl.LOCK_UN)
         os.close(handle)
 

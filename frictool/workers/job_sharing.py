@@ -88,7 +88,7 @@ def share(
         pool.feed(source)
         while pool.busy:
             answers = pool.heard()
-            pool.feed(source)  # before the results are used, so that no process is idle meanwhile
+            pool.feed(source)  # feed first, so that no process is idle while the results are used
             for task, results in answers:
                 yield from task_results(task, results)
     finally:

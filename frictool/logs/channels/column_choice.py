@@ -8,7 +8,7 @@
               missing
 
 Three missing units are inferred without a question. Joint states of ROS recordings are in SI.
-Integers in a column that is named after an encoder are counts. Times with steps of at most 0.02 are
+Integers in a column that is named after an encoder are counts. Times with steps of 1e-5 to 0.02 are
 in seconds.
 """
 
@@ -74,7 +74,7 @@ MOTION = ("position", "velocity")
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
 LOAD_SIDE = (
-    "is this the torque or force of the drive, or of a sensor behind the drive? the channel "
+    "is this the torque or force of the drive, or of a sensor at the load? the channel "
     "effort is the effort of the drive"
 )
 

@@ -23,8 +23,8 @@ def beyond_limit(
     """Return a message about a drive signal that is far beyond the drive's limit, else None.
 
     signals: channel -> values (n,) in SI; a drive signal is current, voltage or a measured effort.
-    columns: channel -> name of its column in the raw file. A channel without an entry has its own
-        name.
+    columns: channel -> name of its column in the raw file. The message names a channel without an
+        entry by its channel name.
     ratio: largest allowed ratio of a drive signal to the limit.
     """
     actuator = bench.actuator

@@ -206,7 +206,7 @@ class TopicTable:
             for part in _parts(piece):
                 values, present, failed = decoder.columns(part, paths + self._stamp)
                 for index, reason in failed.items():
-                    when = f"{int(part.log_time[index]) / NS:.9g} s of its clock"
+                    when = f"log time {int(part.log_time[index]) / NS:.9g} s"
                     self._lost(
                         MessageGap(f"message {read + index + 1}, recorded at {when}, {reason}", 1),
                         losses,
