@@ -127,7 +127,7 @@ def advance(
     While `hold` is true, the states with the indices `integrators` keep their values. While
     `resting` is true, all other states are set to 0.
     """
-    program.block("its states: next x = b e + l excess + a x")
+    program.block("states of the linear controller: next x = b e + l excess + a x")
     n = len(k.b)
     x = [program.states[f"x[{i}]"] for i in range(n)]
     for i in range(n):

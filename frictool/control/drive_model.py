@@ -34,7 +34,7 @@ def mean_effort(
     - lag: time constant tau of the current loop [s]
     - period: sample period T [s]
     """
-    program.block("the effort until the next sample, by the drive's delay and lag")
+    program.block("mean effort until the next sample, from the drive's delay and lag")
     acting = drive
     if delay_samples > 0:
         waiting = [program.state(f"commanded[{k}]", -bound, bound) for k in range(delay_samples)]

@@ -61,7 +61,7 @@ def sample_motion(
 
 def delayed(program: Program, samples: float) -> ProgramNode:
     """Return the filtered reference delayed by `samples` >= 1, interpolated between samples."""
-    program.block("filtered reference at the time at which the feedforward has moved the axis")
+    program.block("filtered reference, delayed until the feedforward has moved the axis")
     whole = math.floor(samples)
     part = samples - whole
     first = program.states["filtered_before"]

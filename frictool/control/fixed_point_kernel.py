@@ -80,7 +80,7 @@ def run_words(
 ) -> None:
     """Run the operations of one sample in fixed point on the integer words w, in place.
 
-    first: first row of `code` to run. The other arrays are those of `CompiledProgram`.
+    first: first row of `code` to run. The other arrays are fields of `CompiledProgram`.
     """
     for k in range(first, code.shape[0]):
         operation = code[k, 0]

@@ -63,7 +63,7 @@ def weighted_coefficients(
     equations: controller of each corner. A coefficient that is equal at all corners becomes a
     constant.
     """
-    program.block("coefficients for these weights")
+    program.block("scheduled coefficients: sums over the corners with these weights")
     each = [
         coefficients(program, equation, f"corner{index}_")
         for index, equation in enumerate(equations)

@@ -88,7 +88,7 @@ class GuardNodes(NamedTuple):
     - left: the state `holds_left`, the number of invalid samples that may still follow
     - left_now: next value of this state
     - hold: the constant `hold_samples`
-    - used: the inputs by name, after the guard has replaced invalid ones
+    - used: the inputs by name, after the guard has replaced invalid inputs
     - fault: node that is true in the fault state
     """
 

@@ -82,7 +82,7 @@ def advance(
 
     While `resting` is true, all states are set to 0.
     """
-    program.block("states of the sections")
+    program.block("states of the second-order sections")
     for k, ((_, b1, b2, _, a1, a2), (entered, left)) in enumerate(
         zip(sections, passed, strict=True)
     ):

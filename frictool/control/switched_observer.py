@@ -97,7 +97,7 @@ def write_prediction(
     `position` is the measured position y [rad | m]. The observer starts at this position, at rest,
     without wear.
     """
-    program.block("switched observer: its mode from the estimate, the mode's gains and friction")
+    program.block("switched observer: mode from the estimate; gains and friction of this mode")
     top = facts.top_speed
     theta = program.state(STATES[0], position.low, position.high, start="position")
     omega = program.state(STATES[1], -top, top)

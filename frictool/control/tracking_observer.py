@@ -151,7 +151,7 @@ def write_update(
 
     effort: drive effort from this sample to the next [N m | N].
     """
-    program.block("tracking observer: the model to the next sample")
+    program.block("tracking observer: prediction by the model for the next sample")
     zero = program.constant(0.0)
     v = tracked.velocity
     rate = program.constant(facts.period / facts.inertia, "period_per_inertia")

@@ -84,7 +84,7 @@ def branch_start(memory: Vector, z: float) -> tuple[bool, float, float]:
 
 @kernel
 def _forget_a_pair(memory: Vector, count: int) -> None:
-    """Remove the inner pair of reversals whose positions differ least from the adjacent ones."""
+    """Remove the inner pair of reversals that differs least in position from its neighbours."""
     chosen = 1
     least = math.inf
     for j in range(1, count - 2):

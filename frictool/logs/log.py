@@ -118,7 +118,7 @@ class Log(ResultView):
 
     @property
     def axes(self) -> tuple[Stream, ...]:
-        """Return all streams except those of a mechanism's blocks (`/mechanism` and below)."""
+        """Return all streams except the streams of a mechanism (`/mechanism` and below)."""
         return tuple(one for one in self.streams if one.topic.split("/")[1] != MECHANISM_TOPIC[1:])
 
     @property

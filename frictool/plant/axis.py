@@ -125,5 +125,8 @@ def _packed(parameters: AxisParameters) -> NDArray[np.float64]:
 
 
 def rest(position: float = 0.0, drive: float = 0.0) -> NDArray[np.float64]:
-    """Return the state (7,) at rest, mid-backlash, at `position` [rad | m] with `drive` [A | V]."""
+    """Return the state (7,) of an axis at rest at `position` [rad | m] with `drive` [A | V].
+
+    The motor is in the middle of the backlash.
+    """
     return np.array([position, 0.0, drive, 0.0, position, STUCK, 0.0])

@@ -106,7 +106,7 @@ class AxisLaws(NamedTuple):
     restitution: float = 0.0
 
     def pack(self, forward: AxisFrictionLevels) -> Vector:
-        """Return the values that follow those of `AxisParameters` in the array for kernels.
+        """Return the values of the laws, which follow `AxisParameters` in the array for kernels.
 
         forward: friction in the positive direction. The array is empty if the laws change nothing.
         Raises ValueError with the name of a value that is out of range.

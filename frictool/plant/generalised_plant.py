@@ -167,7 +167,7 @@ class GeneralisedPlant:
     def closed(self, k: Lti) -> Lti:
         """Return the system from w to z with the controller u = k y.
 
-        The states are those of the plant, then those of the controller k.
+        The states of the plant come first, then the states of the controller k.
         """
         direct = self.b2 @ k.d
         a = np.block([[self.a + direct @ self.c2, self.b2 @ k.c], [k.b @ self.c2, k.a]])

@@ -16,7 +16,7 @@ DYNAMIC = ("inertia", "constant", "viscous")  # parameters that change the axis'
 
 
 def enclosing_box(points: Sequence[PlantPoint]) -> dict[str, tuple[float, float]]:
-    """Return for each parameter the smallest interval (low, high) that contains all points."""
+    """Return the smallest interval (low, high) of each parameter that contains all points."""
     return {
         name: (min(getattr(p, name) for p in points), max(getattr(p, name) for p in points))
         for name in (*DYNAMIC, "coulomb")

@@ -115,7 +115,7 @@ class Sources:
         return State(frozenset(reached), seen.hexdigest()[:16])
 
     def holds(self, name: str) -> bool:
-        """Return True if the module or package `name` is one whose imports are followed."""
+        """Return True if the imports of the module or package `name` are followed."""
         if self.only and name.split(".")[0] not in ("frictool", self.only):
             return False
         return self._path(name) is not None or self._folder(name).is_dir()

@@ -57,7 +57,7 @@ def example_values(path: str, keys: tuple[str, ...]) -> None:
 
 
 def bench_values(path: str, reason: str) -> None:
-    """Notify that all values of the model at `path` are those of the bench; `reason` says why."""
+    """Notify that all values of the model at `path` come from the bench; `reason` says why."""
     if receiver := _current().get("bench_values"):
         receiver(path, reason)
 
