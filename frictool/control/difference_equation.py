@@ -36,7 +36,7 @@ class DifferenceEquation:
     x is the state, e the input, u the drive.
 
     - a: matrix (n, n)
-    - b, c: vectors (n,)
+    - b, c: vectors (n,); d: number
     - gains: anti-windup gains (n,)
     """
 

@@ -42,7 +42,7 @@ def energy_released(
     - inertia: inertia J [kg m2 | kg]
     - friction: sum F' of real and virtual friction [N m | N]
     """
-    program.block("limit-cycle limiter (5.7): released if friction alone stops the axis in the band")
+    program.block("limit-cycle limiter (5.7): friction alone stops the axis in the band")
     path = program.named(
         "path",
         program.constant(0.5 * inertia / friction, "path_per_speed_squared") * (speed * speed),
@@ -54,7 +54,7 @@ def energy_released(
 
 def error_released(program: Program, error: ProgramNode, band: float) -> ProgramNode:
     """Return the condition |error| < band [rad | m], under which the drive is released."""
-    program.block("limit-cycle limiter: released if the position error is in the band")
+    program.block("limit-cycle limiter: the position error is in the band")
     return program.named("released", abs(error) < program.constant(band, "release_band"))
 
 

@@ -57,7 +57,7 @@ class SwitchedParameters:
     - kept: factor a by which each sample of mode 0 (stuck) multiplies the estimated speed
     - additive: True if wear is an increase of friction, False if it is a factor
     - curves (forward, backward): friction f as polynomials of the position, coefficients in rising
-      powers; if `additive`, they replace the cells' friction
+      powers; if `additive`, these curves replace the cells' friction
     - travel: (low, high) position, beyond which the polynomials keep their values
     - viscous: viscous friction [N m s/rad | N s/m], 0 in the thesis
     - offset: constant effort that opposes a positive drive [N m | N], 0 in the thesis

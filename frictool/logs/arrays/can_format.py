@@ -77,7 +77,7 @@ class MessageTable(LibraryTable):
     """Table of the frames of one CAN message.
 
     message: definition of the message in the DBC, an object of cantools.
-    identifier: number of the identifier of the frames, and True if the identifier is extended.
+    identifier: (number, is_extended): identifier of the frames, True if the identifier is extended.
     reader: name of the class of python-can that reads the file.
     """
 

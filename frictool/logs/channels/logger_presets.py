@@ -23,7 +23,7 @@ NO_CHANNEL = ""
 class PresetColumn(NamedTuple):
     """Entry of a preset for the columns whose names match a pattern.
 
-    pattern: regular expression for the whole name of a column, in upper or lower case.
+    pattern: regular expression for the whole name of a column; case is ignored.
     channel: channel of these columns; NO_CHANNEL if the columns are not used.
     unit: unit of the values; OPEN if the user has to state it.
     why: reason why the user may have to state the unit; "" if the unit is always known.

@@ -81,8 +81,8 @@ class Wrap:
 class WrapSearch:
     """Search for wraps in a position, block after block.
 
-    counted: True if the position was read in whole counts of the encoder. Only then can `wrap_bits`
-        remove a wrap.
+    counted: True if the position was read in whole counts of the encoder. `wrap_bits` can remove a
+        wrap only in this case.
     """
 
     def __init__(self, bench: Bench, counted: bool = False) -> None:

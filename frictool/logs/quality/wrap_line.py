@@ -20,8 +20,8 @@ COUNT, ANGLE, WHOLE = "count", "deg", "turn"
 class WrapLine:
     """Writer of the key `wrap` or `wrap_bits` for the section `encoder` of `bench.yaml`.
 
-    counted: True if the position was read in whole counts of the encoder. Only then can `wrap_bits`
-        remove a wrap.
+    counted: True if the position was read in whole counts of the encoder. `wrap_bits` can remove a
+        wrap only in this case.
     """
 
     def __init__(self, bench: Bench, counted: bool) -> None:
