@@ -171,10 +171,9 @@ def _ranges(bench: Bench, from_logs: Mapping[str, Interval]) -> dict[str, tuple[
 def explained(logs: AxisLogs, outcome: Outcome) -> Outcome:
     """Return the outcome, with the force error, if its model explains the effort.
 
-    If values in bench.yaml cause a force error above LARGEST_FORCE_ERROR, the parameters that have
-    a range in bench.yaml and are not identified get the values within their ranges that minimise
-    the force error. If the force error is still above LARGEST_FORCE_ERROR, all sliding parameters
-    are refused.
+    If values in bench.yaml cause a force error above LARGEST_FORCE_ERROR, each parameter that is
+    not identified gets the value within its range in bench.yaml that minimises the force error. If
+    the force error is still above LARGEST_FORCE_ERROR, all sliding parameters are refused.
     """
     assert outcome.fit is not None
     fit = with_force_error(outcome.fit, logs, outcome.from_logs)

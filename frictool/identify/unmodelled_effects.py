@@ -16,8 +16,8 @@ therefore does not show the resulting error. Ten possible causes are examined
 9. a spring, or viscous friction that differs by direction (`hidden_effects.py`)
 10. a resonance that lies above the frequencies of the motion and increases the reflected inertia
 
-The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
-distance of sqrt(half^2 + shift^2) from the value, where half is the half width, because effects
+The end of an interval on the side of the shift moves by the shift. The opposite end moves to the
+distance sqrt(half^2 + shift^2) from the value; half is the half width. The reason is that effects
 that look alike may shift a parameter in opposite directions. If several effects move an end, only
 the largest movement is applied. If an interval overlaps the interval in bench.yaml, no end moves
 beyond the interval in bench.yaml.

@@ -16,9 +16,9 @@ and `start` minimise the sum of the squared differences between this s and s(t).
 follows from the ramp.
 
 The changes may not determine `start`; a single change never does. Another term of the sum therefore
-prefers the value `expected` of `start`. The weight `timing` of this term is the variance of s at a
-change that is due to sampling, divided by the variance 1/12 count^2 of a uniformly distributed
-start.
+prefers the value `expected` of `start`. The weight `timing` of this term is a ratio of two
+variances: the variance of s at a change due to sampling, and the variance 1/12 count^2 of a
+uniformly distributed start.
 
 If a Stribeck velocity v_s > 0 is assumed, friction at the speed v is lower than the breakaway by
 excess (1 - exp(-(v/v_s)^exponent)). s(t) is then a table from a numerical integration, which uses

@@ -20,9 +20,10 @@ steps fit the sliding parameters together with these loads and effects.
 If the bench declares no loads, the Stribeck curve is fitted to the parts at constant speed
 (`stribeck_curve`) in two cases: if these parts are more than 70 % of the motion, or if the above
 steps do not identify Coulomb friction, as in a staircase of speeds with one stroke in each
-direction. If the above steps identify the inertia, the curve is fitted with this inertia. If
-friction does not fall with speed, and the above steps identify viscous and Coulomb friction, their
-result is used instead of the curve, because this result also uses the samples near the reversals.
+direction. If the above steps identify the inertia, the curve is fitted with this inertia. The
+result of the above steps is used instead of the curve if friction does not fall with speed, and if
+these steps identify viscous and Coulomb friction. This result also uses the samples near the
+reversals.
 
 Viscous friction is set to 0 if this does not worsen the prediction of strokes that the fit did not
 use. The same applies to an offset that the bench does not declare.

@@ -16,9 +16,9 @@ smallest prediction error is used if it passes two tests: the squared prediction
 significantly and noticeably, and the parameters of the hypothesis differ significantly from 0
 (`joint_test`). A load is rejected if an effect predicts the strokes equally well, or if the load no
 longer explains effort with smoothing windows of twice the length. A load that noise hides is used
-if it passes both tests with these longer windows. At the end, a hypothesis is removed again if the
-prediction errors increase little without the hypothesis, or if a parameter that cannot be negative,
-such as friction proportional to the inertial load, has become negative.
+if it passes both tests with these longer windows. At the end, a hypothesis is removed again in two
+cases: the prediction errors increase little without the hypothesis, or a parameter has become
+negative that cannot be negative, such as friction proportional to the inertial load.
 
 Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify_effects.md states further conditions and the significance levels.

@@ -13,9 +13,8 @@ of the power balance, because the parameters of the simulation would make the er
 closed loop, the simulated controller drives the axis, and the residuals themselves are errors of
 the effort.
 
-If the interval of the inertia by the power balance is less than half as wide as the interval by the
-simulation, the inertia is fixed at the value by the power balance, and the simulation gives the
-other parameters.
+The inertia is fixed at the value by the power balance if the interval by the power balance is less
+than half as wide as the interval by the simulation. The simulation then gives the other parameters.
 """
 
 from __future__ import annotations

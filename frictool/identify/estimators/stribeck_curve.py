@@ -7,7 +7,7 @@ within two counts of a straight line in time. If there are too few runs, nearly 
 used instead: strokes whose position deviates from a line by at most 2.7 % of the stroke's distance,
 and whose speed changes by at most 5 %.
 
-Speed, acceleration and effort of a run are means with the weights (1 - w^2)^2, where w is the time,
+Speed, acceleration and effort of a run are means with the weights (1 - w^2)^2. w is the time,
 scaled to -1 at the start and +1 at the end of the run. These means satisfy the equation of motion
 without a derivative of the position. In short runs the speed still settles. The effort that
 accelerates the inertia is therefore subtracted. The inertia in bench.yaml is used; the intervals

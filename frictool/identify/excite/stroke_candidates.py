@@ -3,9 +3,10 @@
 Each candidate is one stroke forward and one backward. The information matrix and the drive signal
 of a candidate are computed for the worst axis within the a-priori intervals:
 
-- Inertia and viscous friction are at their upper ends. The covariance of the noise, noise^2 I +
-  step^2/12 T T' with T = inertia D2 + viscous D1, grows with both, so that every other axis gives
-  more information (cramer_rao.py explains the symbols).
+- Inertia and viscous friction are at their upper ends. The noise has the covariance noise^2 I +
+  step^2/12 T T' with T = inertia D2 + viscous D1 (cramer_rao.py explains the symbols). The
+  covariance grows with inertia and viscous friction, so that every other axis gives more
+  information.
 - The drive constant is the largest for the noise of the effort, and the smallest for the drive
   signal.
 - A spring and a delay have unknown sizes, since `identify` allows for both effects in its

@@ -1,9 +1,9 @@
 """Fits on position differences, unfiltered or through a first-order filter (thesis 4.2.2).
 
-The acceleration is the second difference, the velocity is the central difference, and the effort is
-averaged with the triangular weights of the second difference, so that all signals of a row refer to
-the same time. The backward difference of thesis (4.2) would be late by half a sample. Without the
-average, an effort that is held between samples would be early by half a sample.
+The acceleration is the second difference of the position, the velocity the central difference. The
+effort is averaged with the triangular weights of the second difference. All signals of a row then
+refer to the same time. The backward difference of thesis (4.2) would be late by half a sample.
+Without the average, an effort that is held between samples would be early by half a sample.
 """
 
 from __future__ import annotations

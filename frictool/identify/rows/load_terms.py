@@ -118,8 +118,9 @@ def scale_of(name: str, known: Mapping[str, float], motion: MotionSize) -> float
     """Return the scale of a parameter in a search, SI.
 
     A change of the parameter by this scale changes the effort about as much as Coulomb or viscous
-    friction does. If the start value of a friction is 0 or tiny, the scale is LEAST_SCALE times the
-    effort of the motion, or times Coulomb friction at the largest speed.
+    friction does. The scale of Coulomb friction is at least LEAST_SCALE times the effort of the
+    motion. The scale of viscous friction is at least LEAST_SCALE times the scale of Coulomb
+    friction, divided by the largest speed.
     """
     if name == "inertia":
         return known[name]
