@@ -125,8 +125,8 @@ def lag_warnings(bench: Bench) -> list[str]:
         return []
     return [
         f"actuator.loop_time_constant_s {lag:.3g} s: the logged voltage is taken as the command; "
-        "the intervals also allow for a voltage after this lag; keep L/R of the winding here, "
-        "synth needs it"
+        "the intervals also allow for a voltage after this lag; keep L/R of the winding in this "
+        "key for synth"
     ]
 
 
