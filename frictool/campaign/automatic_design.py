@@ -6,7 +6,7 @@ A family is a set of candidate controllers with the same structure. The simplest
 first; the search ends when a candidate meets the specification. If no candidate meets the
 specification, but the best candidate violates it only slightly, the family of the best candidate is
 searched again for a longer response time. Further searches shorten this time to the specified
-response time. Each of them starts from the design of the previous search.
+response time. Each further search starts from the design of the previous search.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ KEPT = (
 )
 TRACKED = ("tracking_error_peak", "tracking_error_rms", "settling_after_profile")
 CONTINUABLE = 0.15  # largest relative violation of a limit for which a family is searched again
-EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified one
+EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified response time
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,7 +62,7 @@ class AutomaticDesign(ResultView):
     """Outcomes of the searched families (controllers of one structure), in the order of the search.
 
     Only the last outcome may contain a design that meets the specification. `findings`: result of
-    the examination that follows if every search fails, else None.
+    the examination after all searches failed; None if a search succeeded.
     """
 
     outcomes: tuple[FamilyOutcome, ...]
@@ -153,8 +153,9 @@ class _Search:
     def first_found(self, searches: Sequence[CandidateSearch]) -> AutomaticDesign:
         """Run the searches in their order until a design passes; return the outcomes.
 
-        If no design passes, the family of the nearest candidate may be searched again
-        (`continued`). If this fails, too, the nearest candidates are simulated with all plants.
+        If no design passes, the family of the candidate with the smallest violation may be searched
+        again (`continued`). If this search fails, too, the candidates with the smallest violations
+        are simulated with all plants.
         """
         outcomes = []
         for one in searches:
@@ -197,7 +198,7 @@ class _Search:
         return replace(self, test=test, tests=search_tests(test), scales=scales)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
-        """Search a family again, first for a longer response time, then for shorter ones.
+        """Search a family again, first for a longer response time, then for shorter times.
 
         Each search starts from the design of the previous search. Return the outcome of the last
         search, for the specified response time, in a list. The list is empty if a search for a
@@ -213,7 +214,7 @@ class _Search:
             return []
         for step in (*reversed(EASINGS[:number]), 1.0):
             assert outcome.best is not None
-            # the same scales as in the first search, so that the point is the same candidate
+            # with the scales of the first search, the same point denotes the same candidate
             harder = replace(self.eased(step), scales=first.scales)
             outcome = harder.of(family).run_from(outcome.best.point, self.progress)
             if not outcome.passed and step > 1.0:

@@ -1,4 +1,4 @@
-"""Python function that does the same as `frictool campaign`, with documents in memory.
+"""Campaign as a Python function; unlike `frictool campaign`, it takes documents in memory.
 
     CampaignSetting ──varied_space.py──▶ FactorSpace ──sampling.py──▶ UnitDraws
     UnitDraws ──trial_player.py, trial_sharing.py──▶ Trials ──findings.py──▶ Findings
@@ -46,7 +46,7 @@ from frictool.verify.recheck import recheck
 from frictool.workers.job_sharing import share
 
 TRIALS = 1000
-# shortest work [s] for which parallel processes save time
+# shortest expected duration of the work [s] for which parallel processes save time
 WORTH_SHARING_S = 3.0
 
 
@@ -213,7 +213,7 @@ def conduct(
 ) -> tuple[Trials, list[WorstCase]]:
     """Run the trials of all draws, and search for the worst cases if `evaluations` is not 0.
 
-    `shared`: result of `sharing`, which is called with the expected duration of the work [s].
+    `shared`: function that `sharing` returned; it takes the expected duration of the work [s].
     `commands`: function that returns the commands to simulate the scenario file of a given name.
 
     Raises NoSolutionError if the simulation of the nominal plant decides no requirement.

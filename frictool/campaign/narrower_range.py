@@ -1,9 +1,9 @@
 """Narrower range of one parameter with which a candidate of a failed search passes every test.
 
 If a range prevents a design, candidates fail only with plants on one side of the nominal value. The
-cut is the value of the passing plant next to the failing ones. The range between the cut and the
-other end is reported only if a candidate then passes all tests, with new plants from this range,
-and is verified. Otherwise the cut is moved towards the nominal value.
+cut is the parameter value of the passing plant that is closest to the failing plants. The range
+between the cut and the other end is reported only if a candidate passes all tests with new plants
+from this range, and is verified. Otherwise the cut is moved towards the nominal value.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ Range = TypeVar("Range", bound=Quantity)
 
 NARROWED = ("inertia", "viscous", "coulomb", "breakaway", "constant")
 TRIED = 2  # parameters whose ranges are tried
-SEPARATED = 6  # nearest candidates that are tried for one parameter
-NOMINAL = 20  # nearest candidates that are simulated with the nominal plant first
+SEPARATED = 6  # number of candidates that are tried for one parameter
+NOMINAL = 20  # number of candidates that are first simulated with the nominal plant
 HALVINGS = 3  # largest number of times that the distance of a cut from the nominal value is halved
 MOST_PLANTS = 800  # plants simulated to confirm ranges, after which no further range is tried
 
@@ -52,15 +52,15 @@ class _Cut(NamedTuple):
 def narrower_range(test: DesignTest, candidates: Sequence[Candidate]) -> NarrowerRange | None:
     """Return the range of one parameter with which a candidate passes every test, or None.
 
-    The parameter whose range separates the failing plants of the most candidates is tried first,
-    and the widest range of it.
+    The parameter that separates failing from passing plants for the most candidates is tried first.
+    The ranges of a parameter are tried from the widest to the narrowest.
 
     Parameters
     ----------
     test : DesignTest
         Test that no candidate passes, with the plants of the whole ranges.
     candidates : sequence of Candidate
-        Candidates of the search, of which those that were simulated with most plants are used.
+        Candidates of the search. Candidates that were simulated with the most plants are preferred.
     """
     parameters = _parameters(test.model)
     near = _nearest(candidates)
@@ -81,7 +81,7 @@ def narrower_range(test: DesignTest, candidates: Sequence[Candidate]) -> Narrowe
 
 
 def _parameters(model: Model) -> dict[str, VariedParameter]:
-    """Return the parameters with the model's values as nominal values, also between the ends."""
+    """Return the parameters whose ranges are tried; a nominal value is the model's value."""
     constant = model.bench.actuator.constant
     return {
         name: one._replace(nominal=getattr(model.parameters, name, constant).value)
@@ -95,7 +95,8 @@ def _cuts(
 ) -> Iterator[_Cut]:
     """Yield the cut of a candidate, if all its failing plants lie on one side of it.
 
-    If no plant between the nominal value and the failing plants passed, the cut is halfway.
+    If no plant between the nominal value and the failing plants passed, the cut is halfway between
+    them.
     """
     passed = _passed(one)
     values = np.array([test.plants[plant].get(name, parameter.nominal) for plant in passed])
@@ -113,7 +114,7 @@ def _cuts(
 
 
 def _passed(one: Candidate) -> dict[int, bool]:
-    """Return True for each plant with which a candidate meets all requirements, by its index."""
+    """Return index of a plant -> True if the candidate meets all requirements with this plant."""
     passed: dict[int, bool] = {}
     for runs in one.runs[:2]:  # the other tests have other plants
         met = np.all(shortfalls(runs, 0.0) <= 0.0, axis=1)
@@ -123,7 +124,7 @@ def _passed(one: Candidate) -> dict[int, bool]:
 
 
 def _nearest(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return distinct candidates, those with results on most plants and the least miss first."""
+    """Return distinct candidates: most simulated plants first, then smallest violation first."""
     near = sorted(
         (one for one in candidates if one.extent > PlayedExtent.NONE),
         key=lambda one: (-one.plants, one.largest_missing),
@@ -135,7 +136,7 @@ def _nearest(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _usable(test: DesignTest, cuts: Sequence[_Cut]) -> list[_Cut]:
-    """Return the cuts of the nearest candidates that pass with the nominal plant."""
+    """Return the cuts of the first SEPARATED candidates that pass with the nominal plant."""
     controllers = CandidateControllers(test.model, test.spec)
     usable: list[_Cut] = []
     for cut in cuts[:NOMINAL]:
@@ -163,10 +164,10 @@ def _tried(cuts: Sequence[_Cut], parameter: VariedParameter) -> list[_Cut]:
 def _confirmed(
     test: DesignTest, name: str, parameter: VariedParameter, cut: _Cut
 ) -> tuple[NarrowerRange | None, int]:
-    """Return the range up to a cut if the candidate passes with it, and the simulated plants."""
+    """Return the range up to a cut, or None if the candidate fails, and the number of plants."""
     ends = (parameter.low, cut.value) if cut.upper else (cut.value, parameter.high)
     if not ends[0] <= parameter.nominal <= ends[1]:
-        return None, 0  # the value was rounded past the nominal one
+        return None, 0  # the value was rounded past the nominal value
     model = narrowed(test.model, name, ends)
     reached = parameters_of(model)[name]
     if not np.allclose((reached.low, reached.high), ends, rtol=1e-9, atol=0.0):
@@ -185,9 +186,9 @@ def _confirmed(
 
 
 def narrowed(model: Model, name: str, ends: tuple[float, float]) -> Model:
-    """Return the model with a narrower range of one parameter, over the product's life and today.
+    """Narrow a parameter's range in the model, both over the product's life and today.
 
-    A breakaway that has the model's ratio to the Coulomb friction keeps this ratio.
+    If the breakaway has a fixed ratio to the Coulomb friction, it keeps this ratio.
     """
     bench, today = model.bench, model.parameters
     if name == "constant":
@@ -212,7 +213,7 @@ def _within(one: Range, ends: tuple[float, float]) -> Range:
 
 
 def _in_proportion(one: Estimate, before: Estimate, after: Estimate) -> Estimate:
-    """Return an interval with its ends multiplied as those of another estimate were."""
+    """Scale the ends of an interval by the ratios `after` / `before` of another interval's ends."""
     low, high = (
         end * new / old if old > 0.0 else end
         for end, old, new in zip(one.interval, before.interval, after.interval, strict=True)

@@ -27,7 +27,7 @@ from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
 from frictool.synth.search.played_tests import JudgedRuns
 
-# number of plants drawn from the ranges in addition to the vertices; seed if the scenario has none
+# number of plants drawn from the ranges in addition to the vertices; default seed of the draws
 DRAWN, SEED = 40, 1
 # second test of a design: number of newly drawn plants; (shift of the start, shift of the targets)
 # in encoder counts
@@ -56,9 +56,9 @@ class DesignTest:
     `plants`: for each plant, the values [SI] that differ from the nominal plant.
     `names`: names of the plants by index.
     `starts`: initial positions of the plants [rad | m], at different fractions of an encoder count.
-    `vertices`: number of vertices; `plants` begins with the nominal plant and the vertices. If the
-    breakaway has a range, these vertices have its upper end, and the vertices whose start is moved
-    by half an encoder count have its lower end.
+    `vertices`: number of vertices. `plants` contains the nominal plant, the vertices, the vertices
+    with the start moved by half an encoder count, and drawn plants. A breakaway with a range is at
+    its upper end in the first group of vertices, and at its lower end in the second group.
     `by_default`: True if `default_scenario` created the scenario.
     """
 
@@ -101,8 +101,9 @@ class DesignTest:
         """Return judges with new random plants and shifted positions, one for each entry of MOVED.
 
         An entry of MOVED shifts the start positions and the targets by fractions of an encoder
-        count. Each judge simulates the nominal plant, the vertices and OTHERS new random plants. If
-        the breakaway has a range, the vertices have its upper and its lower end alternately.
+        count. Each judge simulates the nominal plant, the vertices and OTHERS new random plants. A
+        breakaway with a range is at its upper end in the vertices of the first judge, at its lower
+        end in the vertices of the second judge, and so on alternately.
         """
         drawn: list[PlantValues] = []
         if self.vertices:

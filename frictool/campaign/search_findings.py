@@ -1,8 +1,8 @@
 """Examination of a failed search: requirements that the best candidate misses, limits to relax.
 
 During a search, a candidate far from the limits is simulated with few plants only. Here, the
-nearest candidates are simulated with all plants. A relaxation of one requirement is reported only
-if a candidate then passes all tests of the search and the verification.
+candidates closest to the limits are simulated with all plants. A relaxation of one requirement is
+reported only if a candidate then passes all tests of the search and the verification.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from frictool.synth.search.played_search import UNUSABLE, Candidate, PlayedExten
 from frictool.synth.search.played_tests import JudgedRuns, PlayedTests, missing, shortfalls
 from frictool.synth.synthesis import synthesise
 
-EXAMINED = 3  # number of nearest candidates that are simulated with all plants
+EXAMINED = 3  # number of candidates that are simulated with all plants
 ATTEMPTS = 12  # largest number of candidates that are tried for the relaxation of a requirement
 
 
@@ -57,13 +57,13 @@ class NarrowerRange:
 class SearchFindings:
     """Findings on the candidates of a search that found no design.
 
-    - best: examined candidate whose largest violation of a limit is the smallest, with all plants;
-      None if no examined candidate can be simulated with all plants
+    - best: examined candidate with the smallest value of its largest violation on all plants; None
+      if no examined candidate can be simulated with all plants
     - accepted: True if the best candidate passes every test and is verified
     - places: key of each requirement that the best candidate misses in the whole test -> step and
       plant of the worst value
     - relaxations: requirements whose limit may be relaxed; one relaxation is enough
-    - examined: nearest candidates, with their results on all plants
+    - examined: candidates closest to the limits, with their results on all plants
     - narrower: range of one parameter with which a candidate passes every test, or None
     """
 
@@ -100,10 +100,10 @@ class CandidateExamination:
         return SearchFindings(best, False, self._places(best), relaxations, tuple(played))
 
     def played(self, design: Design) -> tuple[bool, int]:
-        """Return True if a design passes every test and is verified, and the number of plants.
+        """Return (True if a design passes every test and is verified, number of plants).
 
-        A test ends at the first plant that misses a requirement; the number counts the plants that
-        were simulated in all tests.
+        A test ends at the first plant that misses a requirement. The number is the sum of the
+        plants that were simulated in each test.
         """
         try:
             runs = tuple(self._runs(design, missed, until=True))
@@ -122,9 +122,9 @@ class CandidateExamination:
     def _runs(
         self, design: Design, ends: Callable[[JudgedRuns], bool], until: bool = False
     ) -> Iterator[JudgedRuns]:
-        """Yield the results of a design in all tests, up to the first for which `ends` is True.
+        """Yield the results of a design in each test, up to the first test that satisfies `ends`.
 
-        until: True to stop a test as soon as `ends` is True for the plants up to then.
+        until: True to stop a test as soon as the plants simulated so far satisfy `ends`.
         """
         controller = self.controller(design)
         whole = self.tests.whole(controller, None, ends if until else None)

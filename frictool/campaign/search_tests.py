@@ -16,7 +16,7 @@ SCREENED = 2  # number of steps in the first shortened test
 
 
 def search_tests(test: DesignTest) -> PlayedTests:
-    """Return the tests of rising cost that a candidate of a search must pass."""
+    """Return the tests that a candidate of a search must pass, cheapest first."""
     seconds = response_time(test.model, test.spec)
     short, spec = _shortened(test.scenario, test.spec, seconds)
     screened = structs.replace(short, steps=short.steps[:SCREENED])

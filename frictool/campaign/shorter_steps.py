@@ -1,9 +1,9 @@
-"""Steps that are shorter than those of a controller's test, simulated after the test is passed.
+"""Steps shorter than the steps of a controller's test; they are simulated after a passed test.
 
 A loop with dry friction and a limited drive is nonlinear. A controller that meets a specification
-in long steps can therefore violate it in shorter ones, and a specification states no length of a
-step. The simulated lengths lie between `shortest_step` and the shortest default step over the
-travel. The axis steps away from both ends of the default steps, back, and away again.
+in long steps can therefore violate it in shorter steps. A specification states no step length. The
+simulated lengths lie between `shortest_step` and the shortest default step over the travel. From
+each end of the default steps, the axis steps away, back, and away again.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class ShorterSteps(ResultView):
 
 
 def play_shorter_steps(test: DesignTest, controller: Controller) -> ShorterSteps | None:
-    """Simulate shorter steps than those of a test with the nominal plant and extreme vertices.
+    """Simulate steps shorter than a test's steps, with the nominal plant and extreme vertices.
 
     Return None if the test has no shorter steps: its scenario is provided by the user, or the
     specification cannot apply to shorter steps, or has no requirement on them.
@@ -136,7 +136,7 @@ def play_shorter_steps(test: DesignTest, controller: Controller) -> ShorterSteps
 
 
 def shorter_lengths(test: DesignTest) -> list[float]:
-    """Return the lengths [rad | m] of the shorter steps of a test, without those of its scenario.
+    """Return the lengths [rad | m] of a test's shorter steps, without the scenario's lengths.
 
     The shortest length is `shortest_step`.
     """

@@ -47,7 +47,7 @@ from frictool.simulate.default_servo import FEEDFORWARD, feedforward
 FIRST_RAMPS = 0.1  # requested half width of the breakaway's interval, relative to its value
 FIRST_STROKES = 0.05  # requested half widths of friction and inertia, relative to their values
 FALLBACK_DURATION = 30.0  # s, of the best strokes if FIRST_STROKES cannot be reached
-FINER = 0.5  # half widths of a repeated test relative to those reached
+FINER = 0.5  # half widths requested from a repeated test, relative to the reached half widths
 SLIDING = ("inertia", "viscous", "coulomb")
 MOST_RAMPS = 2  # largest number of tests of drive ramps
 MOST_STROKES = 2  # logs of motion from which no sliding parameter is identified
@@ -255,7 +255,7 @@ def _designed(
     except NoSolutionError as error:
         why = f"{wide}; no test narrows them: {error}{unseen}"
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
-    why = f"{wide}; one exists for exact values{unseen}"
+    why = f"{wide}; a controller exists for exact values{unseen}"
     return PlanStep("finer", why, test, reached, model)
 
 
@@ -268,7 +268,7 @@ def _validation(bench: Bench) -> tuple[PreciseTest | None, str]:
     try:
         test = ContainedDesign.of(bench).test(steps)
     except NoSolutionError as error:
-        return None, f"validate the model with a motion of yours, as no steps are safe ({error})"
+        return None, f"validate the model with your own motion, because no steps are safe ({error})"
     return _compensated(test, bench), "validate the model"
 
 

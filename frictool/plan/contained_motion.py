@@ -3,9 +3,9 @@
 A test of strokes is a reference of the position loop. A real axis does not follow this reference
 exactly. If the inertia or the friction of the axis differs from the bench's value, the axis
 overshoots the reversals. A coarse encoder or a long delay makes the loop slow, and the overshoot
-larger. The test is simulated on the axes at the ends of the a-priori intervals. If one of them
-comes closer to an end of the travel than half of the margin of the reference, the test is designed
-again for a shorter travel.
+larger. The test is simulated on the axes at the ends of the a-priori intervals. If such an axis
+comes closer to an end of the travel than half of the reference's margin, the test is designed again
+for a shorter travel.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class ContainedDesign:
             beyond = overrun(test.sequence, self.bench)
             if beyond <= 0.0:
                 return test
-            # more than the excess, which changes a little with the test
+            # shorten by more than the excess, because the excess changes a little with the test
             more = max(OVERSHORTENED * beyond, self.bench.encoder.resolution)
             self.usable = _shortened(self.usable, more)
         unit = si_unit("position", self.bench.axis)
@@ -76,7 +76,7 @@ def overrun(sequence: ExcitationSequence, bench: Bench) -> float:
     """Return the largest excursion of an axis beyond the allowed positions, rad | m.
 
     The allowed positions end half of the reference's margin before each end of the travel. The
-    result is 0 if no axis leaves them, or if the bench declares no travel.
+    result is 0 if every axis stays within the allowed positions, or if the bench has no travel.
     """
     travel = bench.mechanics.travel
     if travel is None:
@@ -84,7 +84,7 @@ def overrun(sequence: ExcitationSequence, bench: Bench) -> float:
     kept = KEPT * MARGIN * (travel.high - travel.low)
     test = sequence.as_log("test")
     servo, forward = default_servo(bench), feedforward(bench, test)
-    # without stops, at which the motion would end
+    # simulated without stops, because the motion would end at a stop
     endless = structs.replace(bench, mechanics=structs.replace(bench.mechanics, travel=None))
     beyond = 0.0
     for values in _extreme_axes(bench):

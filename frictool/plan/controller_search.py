@@ -19,7 +19,7 @@ from frictool.synth.search.candidate_controller import CandidateControllers
 class SearchAnswer(NamedTuple):
     """Result of a search for a controller.
 
-    - refusal: reason why no controller meets the specification; "" if one does
+    - refusal: reason why no controller meets the specification; "" if a controller does
     - steps: steps in which the controller meets the specification, as text
     - narrower: range of one parameter with which a candidate meets the specification, as text; ""
       if none is known

@@ -54,8 +54,8 @@ def narrowed_model(model: Model) -> Model:
 def exact_model(model: Model) -> Model:
     """Return the model with exact values, from the logs or the bench, in place of intervals.
 
-    The load that depends on the position has exact values, too. A breakaway that neither contains
-    has its assumed value.
+    The load that depends on the position has exact values, too. If neither logs nor bench contain
+    the breakaway, the breakaway has its assumed value.
     """
     exact = {
         name: structs.replace(one, low=one.value, high=one.value)

@@ -31,8 +31,8 @@ REHEARSALS = 8
 # estimated from REHEARSALS draws lies below the bound, with a confidence of 90 % (noncentral t
 # distribution)
 SPREAD = 3.1
-CONFIRMED_SPREAD = 2.6  # the same for twice as many draws or more
-STREAM = 43  # of the random numbers
+CONFIRMED_SPREAD = 2.6  # value of SPREAD for at least 2 REHEARSALS draws
+STREAM = 43  # index of the stream of random numbers
 
 
 @dataclass(frozen=True)

@@ -44,11 +44,11 @@ from frictool.plan.rehearsal import HalfWidthSample, rehearse
 ROUNDS = 6  # designs of a test
 LARGEST_STEP = 2.0  # largest factor on the assumed half widths from one round to the next
 RESERVE = 1.05  # factor on a measured half width, so that the rounds end
-LONGER = 2.0  # least duration of a test relative to one that missed the precision
+LONGER = 2.0  # least duration of a test, relative to a test that missed the precision
 CONFIRMATIONS = 2  # repetitions of the rehearsals with other axes
 STALLS = 2  # number of longer, but no more precise tests after which another mix is tried
 NOTICEABLE = 0.9  # least ratio of two durations that are treated as equal
-SHORTER = 0.7  # half width relative to the requested one, below which a shorter test is tried
+SHORTER = 0.7  # ratio of reached to requested half width below which a shorter test is tried
 DEFAULT_KIND = "sines"  # kind of test in `excite` with which the designed tests are compared
 Design = Callable[[Bench, PrecisionRequest], PreciseTest]
 Progress = Callable[[str], None]
@@ -241,7 +241,7 @@ class RehearsedTests:
         limits = {name: math.inf if free else half for name, half in self.wanted.items()}
         sample = self._sample(test, limits, self.request.seed)
         if not screened or all(one.likely <= limits[name] for name, one in sample.items()):
-            # this sample selected the test, which biases it; further axes are drawn
+            # the choice of the test depends on this sample and biases it; further axes are drawn
             for number in range(1, CONFIRMATIONS + 1):
                 again = self._sample(test, limits, self.request.seed + number)
                 sample = {name: one.joined(again[name]) for name, one in sample.items()}

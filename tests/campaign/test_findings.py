@@ -94,7 +94,7 @@ def test_vertices_are_counted_and_have_no_rate() -> None:
     assert as_json(found)["pass_rate"]["low"] is None
     asked = findings(trials(units=CORNERS), "vertices", 0.5)
     assert asked.reached
-    assert "50.0 % of them" in headline(asked)
+    assert "50.0 % of the vertices pass" in headline(asked)
     part = findings(trials(units=CORNERS[[0, 1, 6]]), "vertices")
     assert "of all vertices" in headline(part)
 

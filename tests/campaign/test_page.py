@@ -35,7 +35,7 @@ def test_the_answer_comes_first_then_what_passes_where_failures_come_from_and_th
     parts = [
         "FAIL: ",
         "Requirements",
-        "What passes",
+        "Pass rates",
         "Where failures come from",
         "Where the variance",
         "Each metric",
@@ -122,7 +122,7 @@ def test_it_is_made_of_whatever_has_happened(name: str, made) -> None:
     found = made()
     text = Page(page(found, MADE)).text
     assert ("of plants keep" in text) == (not found.rate.whole)
-    assert "What passes" in text
+    assert "Pass rates" in text
 
 
 @pytest.mark.skipif(find_chromium() is None, reason="no chromium is on the PATH")

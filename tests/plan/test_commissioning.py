@@ -155,7 +155,7 @@ def test_the_range_that_prevents_a_controller_is_named_first(logs: tuple[Log, Lo
 
     step = next_step(BELT, logs, exact)
     assert step.name == "finer"
-    assert f"such wide intervals (too slow); first narrow {words}; one exists" in step.why
+    assert f"such wide intervals (too slow); first narrow {words}; a controller" in step.why
 
 
 def exact_only(model: Model) -> SearchAnswer:

@@ -3,11 +3,12 @@
 The axis starts at 8 % of the travel and steps to 88, 8, 56 and 24 %, as in thesis 5.4.1 (5, 55, 5,
 35 and 15 rad of 63 rad). A loop with dry friction and a limited drive is nonlinear: some loops
 overshoot in short steps only. A short step back therefore follows the first step. Its length is a
-tenth of the first step's length. It is longer if otherwise the allowed static error or an encoder
-count would exceed 5 % of its length, or the allowed overshoot. The short step is left out unless
-all other steps are more than 1.2 times as long as the short step. Each step lasts 5 response times.
-The last step is longer if `rest` or `limit_cycle` is specified: by `rest.after_s` for `rest`, by 30
-s for `limit_cycle`, and by the longer time for both.
+tenth of the first step's length. The length is increased, if necessary, until the allowed static
+error and one encoder count are at most 5 % of it, and at most the allowed overshoot. The short step
+is left out unless all other steps are more than 1.2 times as long.
+
+Each step lasts 5 response times. The last step is longer if `rest` or `limit_cycle` is specified:
+by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, and by the longer time for both.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ from frictool.synth.feasibility import resting_error, shortest_step
 START, TARGETS = 0.08, (0.88, 0.08, 0.56, 0.24)  # positions, relative to the travel
 PLACES = (START, *TARGETS)  # positions in the order in which the axis visits them
 LONGEST = max(TARGETS) - START  # longest step, relative to the travel
-SHORTEST = min(abs(b - a) for a, b in pairwise(PLACES))  # shortest of these steps, as LONGEST
+SHORTEST = min(abs(b - a) for a, b in pairwise(PLACES))  # shortest step, relative to the travel
 SHORT_PART = 0.1  # length of the short step, relative to the longest step
 SAME = 1.2  # steps with a smaller ratio of their lengths count as equally long
 PART = 5.0  # duration of each step, in response times
 WITHOUT_TRAVEL = 1000.0  # longest step on a bench without travel, in encoder steps
-WITHOUT_RESPONSE = 1000.0  # response time without response_time_95_s, in samples
+WITHOUT_RESPONSE = 1000.0  # response time [samples] if response_time_95_s is not specified
 CYCLE_S = 30.0  # s, additional duration of the last step for a requirement on limit cycles
 
 

@@ -35,7 +35,7 @@ OF_FAULT = {
 
 
 def spread_factors(scenario: Scenario) -> Iterator[Factor]:
-    """Yield the factors of `spread`, also constant ones, except the plant's parameters."""
+    """Yield the factors of `spread`, including constant factors, but no plant parameters."""
     spread = scenario.spread or Spread()
     if spread.start is not None:
         nominal = NOWHERE if scenario.start is None else scenario.start.value

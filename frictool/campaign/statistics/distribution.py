@@ -134,7 +134,7 @@ def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
 def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
     """Return the rank r of the value that bounds the share `level` of all plants from above.
 
-    r is the smallest number for which the r-th smallest value is such a bound with `confidence`.
+    r is the smallest number for which the r-th smallest value is this bound with `confidence`.
     Return None if there are too few draws.
     """
     if draws == 0 or lower(draws, draws, confidence, method) < level:

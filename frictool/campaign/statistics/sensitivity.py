@@ -111,7 +111,7 @@ class MetricInfluence:
 
     @property
     def by_rank(self) -> bool:
-        """Return True if a factor explains clearly more of the rank variance than of the variance.
+        """Return True if a factor explains clearly more variance of the ranks than of the values.
 
         A few very large values of the metric can dominate the metric's variance.
         """

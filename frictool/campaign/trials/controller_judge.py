@@ -309,8 +309,8 @@ def with_breakaway(
 ) -> list[dict[str, float]]:
     """Return the plants with a breakaway [N m | N] at `part` of its range, 0 (low) to 1 (high).
 
-    The range is that of the plant's Coulomb friction. The plants stay the same if the breakaway has
-    no range. Each plant must contain its Coulomb friction.
+    The range depends on the plant's Coulomb friction, which each plant must contain. If the
+    breakaway has no range, the plants do not change.
     """
     coulomb = np.array([plant["coulomb"] for plant in plants])
     breakaway = breakaway_at(parameters_of(model), coulomb, np.full(len(plants), part))

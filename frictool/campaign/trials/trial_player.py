@@ -142,9 +142,10 @@ class TrialPlayer(ScenarioJudge):
             return TrialResult(draw, (), (), f"{type(error).__name__}: {error}")
 
     def nominal(self) -> tuple[Requirement, ...]:
-        """Simulate the nominal or `given` plant without `spread`; return the judged requirements.
+        """Simulate the nominal plant, with the values in `given`, but without `spread`.
 
-        Raises FrictoolError if the plant cannot be simulated or the documents do not fit together.
+        Return the judged requirements. Raises FrictoolError if the plant cannot be simulated or the
+        documents do not fit together.
         """
         return self.judged(nominal_of(self.setting.scenario))
 

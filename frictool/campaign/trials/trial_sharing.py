@@ -38,7 +38,7 @@ class JobSharing(Protocol):
 
 
 class DrawJobs(Sequence[Job]):
-    """Jobs of the draws in `units` (n, d) without a stored result; `left`: their indices."""
+    """Jobs of draws in `units` (n, d); `left`: indices of the draws without a stored result."""
 
     def __init__(self, units: Vector, left: IntVector) -> None:
         self._units, self._left = units, left

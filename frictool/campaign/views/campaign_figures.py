@@ -94,7 +94,7 @@ def rates(findings: Findings) -> PageFigure:
         "" if findings.required is None else f" Dashed: required {percent_text(findings.required)}."
     )
     return PageFigure(
-        "What passes",
+        "Pass rates",
         svg,
         f"Dots: the share of {rate.count} {rate.noun} that pass.{bars}{dashed} Undecided trials "
         f"count neither as passed nor as failed.",

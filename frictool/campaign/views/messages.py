@@ -119,7 +119,7 @@ def _required_text(findings: Findings) -> str:
     if required is None:
         return ""
     if rate.at_least is None:
-        return f"; that is {percent(rate.share)} of them, required: {percent_text(required)}"
+        return f"; {percent(rate.share)} of the vertices pass, required: {percent_text(required)}"
     shown = f"; shown: {percent(rate.at_least, 'down')} pass, required: {percent_text(required)}"
     if required == 1.0:
         return (
@@ -135,8 +135,8 @@ def caveat(findings: Findings) -> str:
     rate = findings.rate
     if rate.whole:
         return (
-            "Every combination of the factors' ends was simulated once. These are not draws: they "
-            "give no pass rate, and say nothing about values between the ends."
+            "Every combination of the factors' ends was simulated once. The combinations are not "
+            "random: they give no pass rate, and say nothing about values between the ends."
         )
     if rate.method == "vertices":
         return (

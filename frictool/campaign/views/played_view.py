@@ -23,7 +23,7 @@ def played_lines(
 
     `plants`: names of the plants by index.
     `scenario`: description of the scenario.
-    `steps`: text on the lengths of its steps, or "".
+    `steps`: text on the lengths of the scenario's steps, or "".
     """
     many = f"{len(plants)} plant{'s' if len(plants) > 1 else ''}"
     met, broken, undecided = (
@@ -102,7 +102,7 @@ def _judged_json(verdict: PlayedVerdict, plants: Sequence[str]) -> dict[str, Any
 
 
 def shorter_text(shorter: ShorterSteps) -> str:
-    """Return a sentence on the requirements in steps that are shorter than those of the test."""
+    """Return a sentence on the requirements in steps that are shorter than the test's steps."""
     if not shorter.failed:
         unjudged = [
             requirement_title(REQUIREMENTS[key].requirement_name) for key in shorter.not_judged
