@@ -17,20 +17,20 @@ COUNTED = {
     "viscous",
     "coulomb",
     "breakaway",
-}  # these count for the exit code; presliding only if it is named
+}  # parameters that affect the exit code; presliding affects it only if --wanted names it
 HELP = """\b
 Example:
   frictool assess --bench bench.yaml --wanted 5% --wanted inertia=10%
 
 State which parameters this bench can identify, how precisely, and by which method and test. The
 report contains the errors due to quantisation, the filter against these errors, the choice of the
-method, the precision of the proposed test (Cramér-Rao bounds), and the use of a finer encoder. It
+method, the precision of the proposed test (Cramér-Rao bounds), and the gain by a finer encoder. It
 also contains the shortest step response that the drive allows over the a-priori intervals.
 
-A precision is half of a 95 % interval divided by the a-priori value. If the a-priori interval of a
-parameter in bench.yaml is narrower than --wanted, the parameter must be identified more precisely
-than that interval. The precision excludes the error of the effort constant, which scales all
-parameters alike, and the error of the friction model.
+A precision is the half width of a 95 % interval, divided by the a-priori value. If the a-priori
+interval of a parameter in bench.yaml is narrower than --wanted, the parameter must be identified
+more precisely than that interval. The precision excludes the error of the effort constant, which
+scales all parameters alike, and the error of the friction model.
 
 Exit code 1 if a wanted precision cannot be reached; the message names an encoder that reaches it.
 """
@@ -44,7 +44,7 @@ positive = FiniteRange(0.0, min_open=True)
     type=PrecisionParam(PARAMETERS),
     multiple=True,
     metavar="[NAME=]5%",
-    help="Wanted precision, of all parameters or of one.  [default: 5%]",
+    help="Wanted precision of all parameters, or of one parameter.  [default: 5%]",
 )
 @click.option(
     "--duration", type=positive, default=30.0, show_default=True, help="Duration of the sines [s]."

@@ -54,10 +54,10 @@ the parameters that cause the failures.
 The parameters of the plants are drawn from the ranges of the bench and the model, or from the
 quantities of a mechanism that have low and high. `spread` of the scenario also varies wear,
 temperature, start, sensor faults and disturbances, and can replace ranges. All draws are uniform
-and independent, except that a breakaway is drawn above the Coulomb friction of the same plant; if
-the bench has no range of the breakaway, its ratio to this friction is drawn from the model.
+and independent, except that a breakaway is drawn above the Coulomb friction of the same plant. If
+the bench has no range of the breakaway, the ratio of the two is drawn from the model.
 
---method random: independent draws; a larger -n adds draws and keeps the first ones. --method latin:
+--method random: independent draws; a larger -n keeps all draws and adds more. --method latin:
 a Latin hypercube of -n draws. --method vertices: every combination of range ends; if there are more
 than 4096 or more than -n, a random part of them. The number of processes does not change the
 results.
@@ -92,7 +92,7 @@ class CampaignOptions:
 
     @property
     def kept(self) -> Path | None:
-        """Return the file that stores completed simulations; None if none is stored."""
+        """Return the file that stores completed trials; None if trials are not stored."""
         if self.keep is not None or self.output in (None, STDOUT):
             return self.keep
         assert self.output is not None
@@ -130,7 +130,7 @@ class CampaignOptions:
 @click.option(
     "--seed",
     type=click.IntRange(0),
-    help="Seed of the draws and of the noise. [default: the scenario's]",
+    help="Seed of the draws and of the noise. [default: the scenario's seed]",
 )
 @click.option(
     "--at-least",

@@ -23,7 +23,7 @@ Example:
 Convert a log to {alternatives([one.written for one in WRITTEN.values()])}. The ending of OUTPUT, or
 --to, selects the format.
 
-Times are in s and signals in SI, with their units. The numbers in OUTPUT equal those of LOG bit for
+Times are in s and signals in SI, with their units. The numbers in OUTPUT and LOG are equal bit for
 bit. A raw bench file needs --bench. A file of
 {alternatives([name for name, one in WRITTEN.items() if one.several])} has all streams of LOG. A
 file of any other format contains one stream; select it with --stream if LOG has several.

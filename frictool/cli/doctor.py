@@ -27,10 +27,10 @@ installed. `wrong`: does not work. A line that is not `ok` shows a command to tr
 about disk space that can be freed. For a bug report: frictool doctor -o doctor.txt.
 
 --clean removes the compiled kernels of former versions, except those used within the last hour. The
-kernels of this version are kept. An upgrade also removes kernels, but keeps those of up to eight
-versions that were used within a fortnight. --clean also removes unfinished outputs
-(.NAME.xxxxxxxx.part) of killed processes from the current folder; the next command that writes
-there does the same.
+kernels of this version are kept. An upgrade also removes kernels, but keeps the kernels of up to
+eight versions that were used within a fortnight. --clean also removes unfinished outputs
+(.NAME.xxxxxxxx.part) of killed processes from the current folder; so does the next command that
+writes to this folder.
 
 --compile compiles all kernels now instead of at their first use, for container images and build
 servers. It takes some minutes and skips kernels that are compiled already. Keep or share the folder

@@ -55,11 +55,12 @@ With the defaults, the worst axis of the bench (heaviest, most friction, weakest
 follow the test. A reference is checked against travel, speed and drive; ramps are simulated on
 the lightest, the nominal and the heaviest axis. Numbers are in SI.
 
-With --for instead of --kind, the test is the shortest one that reaches the wanted precisions, or
-with --duration the most precise one of that duration. A precision is half of a 95 % interval
-relative to the bench's value. The test is designed for the worst axis of the bench's intervals:
-strokes of several lengths, speeds and shapes, or ramps for the breakaway. --promise writes the
-expected intervals; `frictool identify --promise` compares the identified intervals with them.
+With --for instead of --kind, the test is the shortest test that reaches the wanted precisions; with
+--duration, it is the most precise test of this duration. A precision is the half width of a 95 %
+interval, relative to the bench's value. The test is designed for the worst axis of the bench's
+intervals. It consists of strokes of several lengths, speeds and shapes, or of ramps for the
+breakaway. --promise writes the expected intervals; `frictool identify --promise` compares the
+identified intervals with them.
 
 Exit code 1 if a test of --duration misses a wanted precision; 4 if the test exceeds a limit, or if
 no test reaches the precision. The message names the limit and a remedy.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.identify.excite.excitation_sequence import ExcitationSequence
 
-# names of the figures of a test, or their beginnings, by the kind of unit
+# names, or beginnings of names, of the numbers in a test's summary, grouped by their unit
 PARAMETER_FIGURES = ("promised_", "least_deviation_")
 SPEED_FIGURES = ("speed_", "top_speed")
 DRIVE_FIGURES = {"rate": "/s", "step": "", "top": ""}

@@ -24,7 +24,7 @@ FORMATS = {
     "text": (".txt",),
     "LaTeX": (".tex",),
 }
-TABLES = FORMATS["CSV"] + FORMATS["Parquet"]  # tables of many logs, one row each
+TABLES = FORMATS["CSV"] + FORMATS["Parquet"]  # tables with one row per log
 # endings of formats that frictool does not write
 OTHERS: tuple[str, ...] = (
     ".pdf",

@@ -44,7 +44,7 @@ Methods (--method), and suitable data:
 
 A parameter that the logs do not determine is listed with the reason, and the model contains the
 bench's interval for it. Intervals apply to the bench's nominal effort constant; an error of the
-constant scales inertia and every friction by the same factor.
+constant scales inertia and all friction parameters by the same factor.
 
 \b
 Many actuators, or many records of one actuator:
@@ -56,10 +56,10 @@ of the parameters is compared with their intervals, to find actuators that diffe
 that drift. A log that cannot be used has a row with the reason.
 
 Exit codes: 1 if the logs are in order but no fit is possible; 4 if a fit gives neither inertia nor
-friction, or if position and drive have opposite signs. No model is written then. With
---keep-bench-values, a marked model of the bench's values is written, which synth refuses, and the
-exit code is 0. With --each: 4 if any log gives 4, else 1 if any gives 1, else 3 if a log cannot be
-used.
+friction, or if position and drive have opposite signs. In these cases no model is written. With
+--keep-bench-values, a model with the bench's values is written instead, and the exit code is 0; the
+model is marked, and synth refuses it. With --each: 4 if any log gives 4, else 1 if any log gives 1,
+else 3 if a log cannot be used.
 """
 
 
@@ -154,7 +154,7 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option(
     "--promise",
     type=existing,
-    help="File of `frictool excite --promise`: compare the intervals with the promised ones.",
+    help="File of `frictool excite --promise`: compare the intervals with the promised intervals.",
 )
 @click.option(
     "--plot",

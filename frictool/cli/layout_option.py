@@ -31,7 +31,7 @@ layout_option = click.option(
     metavar="KEY=VALUE",
     help=(
         "Property of the file that its content does not show reliably, such as "
-        "dates=day-first or whole=true; the keys are those of layout in bench.yaml. Repeatable."
+        "dates=day-first or whole=true. The key layout of bench.yaml has the same keys. Repeatable."
     ),
 )
 

@@ -101,12 +101,12 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     "--quiet",
     type=FiniteRange(1.0, min_open=True),
     help=(
-        "Switched kinds: allowed gamma relative to the smallest one. Larger values pass"
+        "Switched kinds: allowed gamma relative to the smallest gamma. Larger values pass"
         " less encoder noise; 4 is usual. [default: smallest gamma]"
     ),
 )
 @click.option(
-    "--inertia", help="Inertia that replaces the model's, such as 1.1e-5 or '110 g cm^2'."
+    "--inertia", help="Inertia in place of the model's inertia, such as 1.1e-5 or '110 g cm^2'."
 )
 @click.option(
     "--transitions",

@@ -20,8 +20,8 @@ Example:
   frictool simulate model.yaml --controller observed.yaml --scenario steps.yaml -o observed.mcap
   frictool export observed.yaml --lang c --number float -o c/
 
-Replace the speed signal of a controller by that of an observer, wherever the controller uses a
-speed. The position remains the measured one.
+Replace the speed signal of a controller by the speed estimate of an observer, wherever the
+controller uses a speed. The controller still uses the measured position.
 
 If the speed feeds the linear controller, the loop changes: its margins are computed again at every
 vertex with the observer inside, and the certificate of the former loop is removed. Exit code 4 if
@@ -43,7 +43,7 @@ in simulate, export, verify and report.
 @click.option(
     "--modulus-margin",
     type=FiniteRange(0.0, 1.0),
-    help="New specified modulus margin. [default: the controller's]",
+    help="New specified modulus margin. [default: the controller's value]",
 )
 @output_option(
     required=False,

@@ -40,7 +40,7 @@ Example:
 
 Estimate velocity, friction and wear of a running actuator from its encoder and its drive. Each
 estimate has an interval at every sample, and uses earlier samples only. Wear is the dry friction
-divided by that of the model; an actuator without wear has the value 1.
+divided by the model's dry friction; an actuator without wear has the value 1.
 
 LOG is a canonical log, or a raw file with the columns of the model's bench; - is standard input. -o
 writes the estimates as a log, --plot draws them.

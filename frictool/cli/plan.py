@@ -37,7 +37,7 @@ identified values only, the next test halves the intervals. A parameter that the
 keeps its range.
 
 Each test respects the limits of travel, speed and drive for every axis within the bench's ranges.
-Its column feedforward, if there is one, is the effort that the position loop has to add.
+A column feedforward in the test is the effort that the position loop has to add.
 `frictool simulate --as-bench` plays a test without hardware.
 
 Exit code 1 if the direction of the encoder is wrong, if two tests show neither inertia nor

@@ -26,16 +26,16 @@ position within one encoder count. The simulated loop contains encoder, delay, p
 limiter, drive limit, anti-windup, prefilter and number format of the controller, and stick, slip,
 breakaway, backlash and lag of the axis. Every rounding error is bounded.
 
-The start positions are divided into intervals, in each of which all starts give the same encoder
+The start positions are divided into intervals. All starts in one interval give the same encoder
 readings at every sample. The controller runs on these readings; the motion of the axis is enclosed
 in bounds. Each requirement is proved, refuted by a start that `frictool simulate` replays, or
 undecided. For every plant with parameters between their limits, the certificate proves the modulus
 margin, and the drive limit proves the drive peak. All other requirements are proved for the plants
 of the scenario only; `frictool campaign` draws other plants.
 
---box-minutes searches for cells of the parameter box, for which response time, overshoot, static
+--box-minutes searches for cells of the parameter box in which response time, overshoot, static
 error and rest are proved for every plant. The proof then lists the cells; the requirements state
-which share of the volume of the box the cells fill.
+which share of the box's volume the cells fill.
 
 The proof contains its documents. `frictool verify` proves it again from the file alone.
 

@@ -43,7 +43,7 @@ code is 4. If a step is impossible, --reduced writes the mechanism after the las
     "--bandwidth",
     type=FiniteRange(min=0.0, min_open=True),
     metavar="RAD/S",
-    help="Keep resonances below this frequency, drop those above.",
+    help="Keep resonances below this frequency, and drop higher resonances.",
 )
 @click.option(
     "--controller",

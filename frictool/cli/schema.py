@@ -55,7 +55,7 @@ def schema_of(name: str) -> dict[str, Any]:
     "--json",
     is_flag=True,
     expose_value=False,
-    help="Accepted as in every command; a schema is JSON anyway.",
+    help="No effect, because a schema is always JSON.",
 )
 def command(name: str, output: Path | None) -> None:
     save_text(output or STDOUT, json.dumps(schema_of(name), indent=2) + "\n", [])

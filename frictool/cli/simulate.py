@@ -59,9 +59,9 @@ block, the side of every contact, the drive of each source. Without --controller
 scenario drive the mechanism. The summary contains the energy balance; --events lists every
 breakaway, stick, contact and impact.
 
---observer replaces the controller's speed signal by that of an observer. The loop with the observer
-is verified at the vertices first; exit code 4 if it is unstable. `frictool observe loop` writes
-that controller.
+--observer replaces the controller's speed signal by an observer's speed estimate. The loop with the
+observer is verified at the vertices first; exit code 4 if it is unstable. `frictool observe loop`
+writes the controller that contains the observer.
 
 --number runs the controller in float or fixed point as on the target; --target runs the exported C
 code, compiled here.
@@ -157,7 +157,7 @@ def command(
         path for path in (model, controller, scenario, observer, excitation) if path is not None
     ]
     check_targets({"-o": output, "--events": events}, inputs)
-    # the engine takes longest of all to compile
+    # of all kernels, the engine takes the longest time to compile
     compiling = notifications.receiving(compiling=partial(note_compiling, everywhere=True))
     click.get_current_context().with_resource(compiling)
     form = "simulate/1"

@@ -33,8 +33,8 @@ Example:
   frictool synth model.yaml --spec spec.yaml -o controller.yaml
   frictool synth model.yaml --spec spec.yaml --design designs/speed.yaml -o controller.yaml
 
-Synthesise a controller for every plant that the intervals of model and bench span, and verify it
-as it will run.
+Synthesise one controller for all plants within the intervals of model and bench, and verify the
+controller as it will run.
 
 Without --design, or with `method: auto`, the command searches the simplest controller that meets
 the specification in simulation, with a reserve of 5 % (none for oscillations, drive and rest). It
@@ -160,7 +160,7 @@ def command(
     from frictool.synth.synthesis import synthesise
     from frictool.synth.text_view import text
 
-    # the scenario of a provided design changes no byte of its controller
+    # if the design is provided, the scenario does not affect the bytes of the controller
     read = [path for path in inputs if searched or path != scenario]
     words = {
         "model": model,

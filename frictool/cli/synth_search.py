@@ -45,7 +45,7 @@ class FoundDesign:
         """Return text lines on the design and its file."""
         from frictool.campaign.views.search_view import design_line
 
-        written = [] if self.path is None else [f"its design: {self.path}"]
+        written = [] if self.path is None else [f"design file: {self.path}"]
         return [design_line(self.found), *written]
 
     def json(self) -> dict[str, Any]:

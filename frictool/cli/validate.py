@@ -16,9 +16,9 @@ Example:
   frictool validate model.yaml sines.mcap --page validation.html
 
 Simulate a model along a measured log and compare the two. The simulation starts at rest at the
-measured position. The measured effort drives it; between samples the effort is constant, or follows
-with the lag of the bench's drive. The errors of position, velocity, acceleration and force exclude
-the first samples.
+measured position. The measured effort drives the model; between samples the effort is constant, or
+follows with the lag of the bench's drive. The errors of position, velocity, acceleration and force
+exclude the first samples (--skip).
 
 With the gains of the bench's controller, the measured reference drives the model in closed loop:
 {LAW}.
@@ -28,9 +28,10 @@ motion, at samples in slip and in the frequency band of the motion. The effort e
 loop is the measured minus the simulated effort. A relative error is the norm of the error divided
 by the norm of the measured signal.
 
-The last line says whether the model reproduces the log: the force error is at most 20 %, plus what
-encoder noise and the model's intervals explain. A servo is judged by its position error relative to
-the distance from the goal. The exit code is 1 if the answer is no or undecided.
+The last line says whether the model reproduces the log. The answer is yes if the force error is at
+most 20 % plus the parts that encoder noise and the model's intervals explain. A servo is judged by
+its position error, relative to the distance between goal and position. The exit code is 1 if the
+answer is no or undecided.
 """
 positive = FiniteRange(0.0, min_open=True)
 

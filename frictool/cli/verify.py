@@ -20,16 +20,16 @@ Example:
   frictool verify controller.yaml --model model.yaml
   frictool verify proof.yaml
 
-Prove the certificate of a controller again, for every constant plant of its intervals, and compute
-all stored properties of its loop again.
+Prove the certificate of a controller again, for every plant with constant parameters within its
+intervals, and compute all stored properties of its loop again.
 
 The loop is built from the stored coefficients, sampled at the bench's period with its delay. The
 bounds of the certificate are proved for every frequency and plant, without solver, grid or digest,
 and with every rounding error bounded. Parameters that vary with time are not covered. The
-certificate's intervals must contain those of the bench. Norms and margins at the vertices, also
-with rounded coefficients, and norms inside the intervals must agree with `verified`. Digests reveal
-changes of blocks on which no stored property depends (position law, prefilter). Results of a solver
-are listed as not computed.
+certificate's intervals must contain the bench's intervals. Norms and margins at the vertices, also
+computed with rounded coefficients, and norms inside the intervals must agree with `verified`.
+Digests reveal changes of blocks on which no stored property depends (position law, prefilter).
+Results of a solver are listed as not computed.
 
 With --model, three more conditions are checked: the model lies within the verified intervals, its
 bench has the controller's drive limit, winding and encoder, and the loop has the specified modulus
@@ -39,10 +39,10 @@ Properties of the model that no margin covers are listed.
 A proof.yaml of `frictool prove` is proved again from the documents in it; every stored value must
 follow from them.
 
-Exit codes: 0 everything holds; 1 there is no certificate, a stored property differs from that of
-the coefficients, a block was changed, or a condition of --model fails; 4 a bound is not proved, or
-a loop is unstable or violates the specified margin. For a proof: 0 it is confirmed; 1 a value
-differs, or a requirement is not proved.
+Exit codes: 0 everything holds; 1 there is no certificate, a stored property differs from the value
+that the coefficients give, a block was changed, or a condition of --model fails; 4 a bound is not
+proved, or a loop is unstable or violates the specified margin. For a proof: 0 the proof is
+confirmed; 1 a value differs, or a requirement is not proved.
 """
 
 

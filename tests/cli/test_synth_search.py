@@ -59,7 +59,7 @@ def test_a_specification_is_enough(spec: Path, tmp_path: Path) -> None:
     lines = done.stdout.splitlines()
     assert lines[0].startswith("designed: PI cascade, ")
     assert lines[0].endswith(" with a reserve of 5 % (none for oscillations, drive and rest)")
-    assert lines[1] == f"its design: {design}"
+    assert lines[1] == f"design file: {design}"
     assert lines[-1] == "PASS: 6 of 6 requirements met, on 73 plants in steps of 20.16 to 50.4 rad"
 
     # the design gives the same controller, and every value of it has a comment
