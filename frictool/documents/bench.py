@@ -31,9 +31,9 @@ from frictool.documents.quantity import (
 from frictool.runtime.object_view import ObjectView
 
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
-# s, range of a sample period; a value outside points to a mistaken unit
+# plausible range of a sample period [s]; a period outside it probably has a wrong unit
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0
-# standard deviation of the measured drive relative to its limit, if nothing states it
+# default standard deviation of the measured drive, relative to the drive's limit
 DRIVE_NOISE_SHARE = 0.002
 COUNT = "count"  # unit of a position in counts of the encoder
 OPEN = "?"  # marks a column or unit that the user must fill in
@@ -181,8 +181,8 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `constant`: Force or torque per ampere or volt.
     - `limit`: Largest magnitude of the drive.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for a drive without
-      lag. A logged voltage is assumed to be the command, which this lag then delays. For a motor
-      that is driven by its voltage, it includes L/R of the winding.
+      lag. A logged voltage is assumed to be the command before this lag. For a motor that is driven
+      by its voltage, the time constant includes L/R of the winding.
     - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
     - `servo`: Firmware of a smart servo; `limit` is then the nominal supply voltage.
     - `rms_limit`: Largest rms value that the drive may have over a test, such as the continuous
@@ -223,8 +223,8 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
     - `inertia`: Total inertia that the actuator moves.
     - `breakaway`: Effort at which the axis starts to move. In simulations, it is never below the
-      Coulomb friction of the same plant. Without this key and a log that shows it, it is assumed to
-      be 1 to 1.5 times `coulomb`.
+      Coulomb friction of the same plant. If neither this key nor a log states the breakaway, it is
+      assumed to be 1 to 1.5 times `coulomb`.
     - `offset`: Constant effort that opposes a positive drive, such as a weight. The default is 0.
     - `backlash`: Full width of the free play between motor and load. By default, there is no
       backlash.

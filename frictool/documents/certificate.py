@@ -153,7 +153,7 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Proof that an axis inside the rest band stops and stays at rest, for every plant.
 
     The rest band is the range of position errors around the target in which the controller switches
-    the drive off. The plants are those of the certificate.
+    the drive off. The proof covers the plants of the certificate.
 
     - `verdict`: `proved` if all checks hold, except perhaps `arrival_speed` and `stable_loop`; else
       `undecided`.
@@ -195,7 +195,7 @@ class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `box`: Intervals of the parameters.
     - `weights`: Weights of the norm.
     - `bounds`: Bounds that are proved.
-    - `not_proved`: For each bound that could not be proved, the reason.
+    - `not_proved`: Reason for each bound that could not be proved.
     - `rest`: Proof that the axis comes to rest; absent if the controller has no rest band (position
       error below which it switches the drive off).
     - `cycle`: Limit cycle that a simulation shows for a controller without a rest band; absent if

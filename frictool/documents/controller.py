@@ -25,8 +25,8 @@ from frictool.documents.synthesis_methods import StoredMethod
 from frictool.runtime.object_view import ObjectView
 
 Row = tuple[float, ...]
-Number = Literal["double", "float", "q31", "q15"]  # of coefficients
-ProgramNumber = Literal["double", "float", "q31"]  # of a program
+Number = Literal["double", "float", "q31", "q15"]  # number format of coefficients
+ProgramNumber = Literal["double", "float", "q31"]  # number format of a program
 
 
 class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -357,7 +357,7 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `name`: Name of the vertex.
     - `norm`: Norm from the weighted inputs to the weighted outputs, in the time domain of the
       synthesis (continuous or discrete).
-    - `sampled_norm`: The same norm of the sampled loop.
+    - `sampled_norm`: Norm of the sampled loop from the weighted inputs to the weighted outputs.
     - `modulus_margin`: Modulus margin of the sampled loop.
     - `stable`: True if the sampled loop is stable.
     - `checks`: Properties of the loop for each checked computational delay.
@@ -581,7 +581,7 @@ class Controller(
     def judged_by(self) -> CertifiedWeights | None:
         """Return the weights of the verified norm; None if the loop's input is a speed.
 
-        The weights are those of the certificate or, without a certificate, those under `weights`.
+        The weights come from the certificate or, without a certificate, from the key `weights`.
         """
         if self.linear.input == "speed_error":
             return None

@@ -30,7 +30,7 @@ Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 HoldSamples = Annotated[int, msgspec.Meta(ge=0, le=1000)]
 DEFAULT_HOLD_SAMPLES = 3  # samples; bridges the loss of single telegrams
 
-NO_STRUCTURE: Any = None  # of a document without the key; the method's structure replaces it
+NO_STRUCTURE: Any = None  # value if the document lacks the key; the method's structure replaces it
 # keys that `relax: auto` reads with every method, because it solves matrix inequalities
 READ_BY_TRADE = ("schedule", "vertices", "recentring")
 
@@ -99,7 +99,7 @@ class Design(
       the model). The default is only `regime` for a method with an uncertainty channel, and all
       parameters except `regime` for other methods. Parameters that are not listed are at the
       centres of their intervals, or belong to the uncertainty channel.
-    - `vertices`: How the plants at the vertices are computed. `exact`: without approximation.
+    - `vertices`: Computation of the plants at the vertices. `exact`: without approximation.
       `inertia`: linearised in the inertia. `first_order`: linearised in all parameters.
     - `frozen_at`: Parameters of the plant for which the controller on the target is computed.
       `centre`: the centres of the intervals. `identified`: the identified values.
@@ -130,8 +130,8 @@ class Design(
     - `recentring`: Factor above 1. The matrix inequalities are solved for the bound `recentring`
       times the smallest gamma. Near the smallest gamma itself, the Lyapunov matrices X and Y become
       very large.
-    - `ease`: Factor by which the bound gamma is increased once more when the controller is
-      computed. A larger factor gives lower gains and more margin.
+    - `ease`: Factor by which the bound gamma is increased further when the controller is computed.
+      A larger factor gives lower gains and more margin.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is replaced
       by its last valid value. After more invalid samples, the drive becomes 0 and the fault flag is
       set.

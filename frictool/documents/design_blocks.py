@@ -62,7 +62,7 @@ class PositionLawDesign(
         if root != (self.formula is not None):
             raise ValueError(
                 "`kind: square_root` needs `formula`, sqrt(2F/J) or sqrt(F/J); "
-                "`kind: proportional` has none"
+                "`kind: proportional` needs no formula"
             )
         if root != (self.gain_per_s is None):
             raise ValueError(
@@ -97,7 +97,7 @@ class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
       10 times the prefilter's frequency.
     """
 
-    # order 2 is (5.70), and the default bandwidth stands below it
+    # order 2 is (5.70); the thesis states the default bandwidth below this equation
     source: Literal["position", "measured"] = "position"
     order: Literal[1, 2] | None = None
     filter_rad_s: Annotated[float, msgspec.Meta(ge=0)] | None = None
@@ -123,8 +123,7 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
       band; this condition causes limit cycles and is for comparison only.
     - `band`: Half-width of the rest band. The default is the encoder's step, which is also the
       smallest allowed value.
-    - `settled_speed`: Speed below which the prefilter or profile must be before the drive is
-      switched off.
+    - `settled_speed`: Speed of the prefilter or profile below which the drive may be switched off.
     - `virtual_coulomb`: Largest braking effort while the drive is otherwise off. The effort is
       -virtual_coulomb tanh(v/virtual_speed). The default is 0.
     - `virtual_speed`: Speed scale of the braking effort. The default is 10 virtual_coulomb

@@ -19,7 +19,7 @@ from frictool.documents.quantity import Quantity, Series, Span
 from frictool.documents.quantity_reader import QuantityReader
 from frictool.documents.struct_fields import fields_of, hints_of
 
-# advice if the file is a mechanism and one of these is expected
+# advice if the file is a mechanism, but a document of one of these types is expected
 OF_A_MECHANISM = {
     "Model": "reduce it first: frictool reduce {path} -o model.yaml",
     "Bench": (
@@ -115,12 +115,12 @@ class DocumentReader(QuantityReader):
             self._missing(node, "format", fields, hints, key)
         self.check_known(present, list(fields), key)
         values: dict[str, Any] = {}
-        # the axis and its drive decide the units of the rest: read them first
+        # the axis and its drive decide the units of all other keys: read them first
         for name in sorted(present, key=lambda n: n not in ("axis", "actuator", "bench", "drive")):
             value = self.read(present[name][1], hints[fields[name].name], join(key, name))
             if name == "axis":
                 self.axis = value
-            if name == "drive" and not isinstance(value, float):  # `rest` has a limit of this name
+            if name == "drive" and not isinstance(value, float):  # `rest.drive` is a number
                 self.drive = value
             values[fields[name].name] = value
         for name, field in fields.items():

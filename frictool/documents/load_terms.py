@@ -9,7 +9,7 @@ import msgspec
 from frictool.documents.quantity import NonNegativeEffort, PositiveLength
 
 OVER_POSITION = ("spring", "gravity", "ripple")
-MOST_HARMONICS = 6  # of a ripple
+MOST_HARMONICS = 6  # largest number of harmonics of a ripple
 Term = Literal[
     "offset",
     "spring",

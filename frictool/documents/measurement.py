@@ -28,7 +28,7 @@ class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `back_emf_constant`: Voltage per speed of the motor. For a DC motor, it equals the effort per
       ampere (in SI).
     - `inductance`: Inductance of the motor's winding.
-    - `refused`: For each property that could not be identified, the reason.
+    - `refused`: Reason for each property that could not be identified.
     """
 
     backlash: NonNegativeLengthEstimate | None = None

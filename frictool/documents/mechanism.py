@@ -6,7 +6,7 @@ Each block has one coordinate q: an angle [rad] if it has an `inertia`, a distan
 centred, and no compliance is strained.
 
 If a link has a rotary and a linear end, the unit of a quantity determines the end to which it
-belongs: of a rack and pinion, a backlash of 3 rad is at the pinion, and a backlash of 0.6 mm is at
+belongs: for a rack and pinion, a backlash of 3 rad is at the pinion, and a backlash of 0.6 mm is at
 the rack. The links' compatibility is checked when the mechanism is assembled
 (adapters/mechanism/assembly.py).
 """
@@ -46,7 +46,7 @@ Coefficient = Annotated[float, msgspec.Meta(ge=0, le=10)]
 Factor = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
 Ends = Annotated[
     tuple[str, ...], msgspec.Meta(min_length=1, max_length=2)
-]  # a single end is an error unless `ground` is allowed as the other
+]  # a single end is an error unless `ground` is allowed as the other end
 GROUND = "ground"
 
 
@@ -65,7 +65,7 @@ class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     def __post_init__(self) -> None:
         if (self.inertia is None) == (self.mass is None):
-            raise ValueError("give `inertia` for a rotary block, or `mass` for a linear one")
+            raise ValueError("give `inertia` for a rotary block, or `mass` for a linear block")
 
 
 class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -143,7 +143,7 @@ class Backlash(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     def __post_init__(self) -> None:
         if self.compliance is not None and self.restitution:
             raise ValueError(
-                "restitution belongs to rigid flanks; compliant ones rebound by their "
+                "restitution belongs to rigid flanks; compliant flanks rebound by their "
                 "stiffness and damping"
             )
 
@@ -395,7 +395,7 @@ class Stop(
             raise ValueError("`low` is above `high`; allowed: low < high")
         if self.compliance is not None and self.restitution:
             raise ValueError(
-                "restitution belongs to rigid stops; compliant ones rebound by their "
+                "restitution belongs to rigid stops; compliant stops rebound by their "
                 "stiffness and damping"
             )
 

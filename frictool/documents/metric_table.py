@@ -26,7 +26,7 @@ from frictool.documents.quantity import (
 if TYPE_CHECKING:
     from frictool.documents.spec import Spec
 
-# dimension of a metric that SI_UNITS does not have -> its unit; {drive} is that of the drive
+# dimension of a metric that SI_UNITS lacks -> unit; {drive} stands for the unit of the drive
 OTHER_UNITS = {
     "percent": "%",
     "count": "",
@@ -100,7 +100,7 @@ class Metric:
     - meaning: meaning of the key, for the schema
     - requirement: name of the requirement in a verdict, if it differs from `name`; the title of the
       requirement is derived from it
-    - rank: position of the key in a specification; by default, the key is the last one
+    - rank: position of the key in a specification; by default, the key is the last key
 
     Raises ValueError for an unknown dimension.
     """
@@ -270,7 +270,7 @@ METRICS = (
         "rms drive",
         "drive",
         "root mean square of the drive i including its noise, sqrt(sum i² dt/sum dt), where dt is "
-        "the time from a sample to the next one",
+        "the time from a sample to the next sample",
         compute="drive_rms.drive_rms",
         needs=("drive",),
     ),

@@ -83,7 +83,7 @@ class Model(
     - `method`: Identification method.
     - `confidence`: Confidence level of the intervals.
     - `parameters`: Parameters of the axis.
-    - `not_identified`: For each parameter that the logs do not determine, the reason.
+    - `not_identified`: Reason for each parameter that the logs do not determine.
     - `fit`: Quality of the fit.
     - `laws`: Friction by direction, speed, position and time at rest, and position-dependent loads.
     - `presliding`: Friction before breakaway, from `identify --loops`. A simulation includes its

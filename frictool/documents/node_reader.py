@@ -116,7 +116,7 @@ class NodeReader:
             and not isinstance(value, str)
             and isinstance(node, yaml.ScalarNode)
         ):
-            value = node.value  # a name such as 12 or true
+            value = node.value  # text that looks like another type, such as the name 12 or true
         if kind is float and isinstance(value, float | int) and not isinstance(value, bool):
             try:
                 finite = math.isfinite(value)

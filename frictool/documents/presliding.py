@@ -122,7 +122,7 @@ class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `lugre`, `elasto_plastic`, `maxwell_slip`, `preisach`: Parameters of the law with this name,
       if the loops determine them. If the parameters of `law` are absent, simulations use `limit`
       and `stiffness`.
-    - `refused`: For each law that the loops do not determine, the reason.
+    - `refused`: Reason for each law that the loops do not determine.
     """
 
     # 2.4.3

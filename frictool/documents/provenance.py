@@ -47,7 +47,7 @@ def digest(path: Path) -> str:
 def provenance_of_call(function: str, **documents: msgspec.Struct | None) -> Provenance:
     """Return the provenance of a result that a function computed from documents in memory.
 
-    The documents' digests equal those of the files that `save` would write.
+    The documents' digests equal the digests of the files that `save` would write.
     """
     texts = {
         name: to_yaml(document) for name, document in documents.items() if document is not None

@@ -77,7 +77,7 @@ POWER = re.compile(r"([A-Za-z]+|1)(?:\^([0-9]))?")
 ANGLE_NAME = re.compile(r"rad|deg|°|arc|rev|rpm|rps|turn|cycle|circle|gon", re.IGNORECASE)
 # Grad is a degree in German, but a giga-radian or a gradian in pint; no angle is in mega-radians
 AMBIGUOUS_ANGLE = re.compile(r"\b(?:[Gg]rads?|GRAD|[MTPEZY]rad)\b")
-OTHER_UNITS = {"temperature": ", K or degF"}  # of dimensions whose SI unit has no multiples
+OTHER_UNITS = {"temperature": ", K or degF"}  # if the SI unit has no multiples: other units
 # dimensions and kinds of axis, which are tried one after the other if the unit decides
 CHOICES: dict[str, tuple[tuple[str, Axis], ...]] = {
     **{
@@ -268,7 +268,7 @@ def si_unit(dimension: str, axis: Axis) -> str:
 
 
 def drive_dimension(drive: Literal["current", "voltage"], *, constant: bool) -> str:
-    """Return the dimension of the drive, or that of the effort per unit of the drive.
+    """Return the dimension of the drive, or the dimension of the effort per unit of the drive.
 
     constant: True for the effort per unit of the drive.
     """
@@ -366,7 +366,7 @@ def unit_scale(unit: str, dimension: str, axis: Axis) -> UnitScale:
 def _powers(unit: str) -> tuple[int, ...] | None:
     """Return the powers of kg, m, s, A and K in a unit; None if a symbol is not in `POWERS`.
 
-    Such a unit needs pint, whose import takes several times longer than that of numpy.
+    Such a unit needs pint, whose import takes several times longer than the import of numpy.
     """
     total = [0] * len(POWERS["1"])
     for index, part in enumerate(unit.split("/")):
@@ -389,7 +389,7 @@ def _measured(dimension: str, axis: Axis) -> str:
 def factor_between(unit: str, target: str) -> float:
     """Return the factor that converts a number in `unit` to `target`.
 
-    The units "" and "1" are those of a number without dimension.
+    The units "" and "1" stand for a number without dimension.
 
     Raises ValueError if the unit is unknown or of another dimension. The message is meant for
     users.

@@ -1,7 +1,7 @@
 """`resonances` of `model.yaml`: modes of compliant links between the effort and the position.
 
     position = H(s) rigid position,  H(0) = 1
-    H = prod_zeros (1 + 2 d s/w + s^2/w^2) prod (1 + s/w) / (the same product of the poles)
+    H = (product over the zeros)/(product over the poles) of 1 + 2 d s/w + s^2/w^2 and 1 + s/w
 
 The rigid position is the position that rigid links would have. w is an angular frequency [rad/s],
 and d is a damping ratio.

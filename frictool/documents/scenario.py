@@ -88,13 +88,13 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Logged channel as the reference; docs/theory/simulate.md describes the resampling.
 
-    - `log`: Path of the log, relative to the scenario's folder. For a raw log, the columns are
-      those of the model's bench.
+    - `log`: Path of the log, relative to the scenario's folder. The model's bench describes the
+      columns of a raw log.
     - `channel`: Channel to replay: `reference` or another channel in rad or m.
     - `from_s`, `to_s`: Start and end of the replayed section, as times after the log's first
       sample. By default the whole log is replayed.
-    - `shift`: Number that is added to the channel, for a log whose zero position differs from that
-      of the model.
+    - `shift`: Number that is added to the channel, for a log whose zero position differs from the
+      model's zero position.
     - `hold_s`: Duration for which the reference stays at the last value.
     """
 
@@ -123,9 +123,9 @@ class Scenario(
     - `steps`: Successive steps of the reference.
     - `reference`: Logged channel as the reference.
     - `variants`: Plants that are simulated. `nominal`: the plant with the model's values.
-      `vertices`: also a plant at each vertex of the controller's polytope. `random`: also random
-      plants, drawn from the ranges in bench.yaml; `plants` is their number. `given`: only one
-      plant, which has the parameters under `given`.
+      `vertices`: also a plant at each vertex of the parameter ranges. `random`: also random plants,
+      drawn from the parameter ranges; `plants` is their number. `given`: only one plant, which has
+      the parameters under `given`.
     - `given`: Parameters of the plant of `variants: given`, by name. Parameters that are not listed
       have the model's values, but a breakaway that is not listed changes in proportion to
       `coulomb`. A listed `breakaway` applies to the positive direction; the breakaway of the

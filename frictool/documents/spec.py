@@ -23,8 +23,8 @@ class SpecHead(
     drive: Literal["current", "voltage"]
 
 
-SUMMARY = """Requirements on the closed loop: `spec.yaml`. Each key but the first four is one \
-requirement.
+SUMMARY = """Requirements on the closed loop: `spec.yaml`. Each key is one requirement, except \
+`format`, `name`, `axis`, `drive` and `examples`.
 
 docs/metrics.md defines each metric.
 """

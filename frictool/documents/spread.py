@@ -24,7 +24,7 @@ from frictool.documents.conditions import (
 from frictool.documents.quantity import PositionSpan, Span, _of
 
 DriveSpan = Annotated[Span, _of("drive")]
-EffortSpan = Annotated[Span, _of("effort of either axis")]  # unit as of a disturbance
+EffortSpan = Annotated[Span, _of("effort of either axis")]  # units as in `disturbances`
 AnySpan = Annotated[Span, _of("any")]
 
 
@@ -187,9 +187,9 @@ class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
       encoder cannot resolve it.
     - `wear`: Range of the factor by which all dry friction is multiplied.
     - `temperature`: Factors at the coldest and at the hottest temperature. For each plant, a
-      temperature between these two is drawn.
-    - `sensor_faults`: Sensor faults in every simulation, in addition to those of the scenario.
-    - `disturbances`: Efforts in every simulation, in addition to those of the scenario.
+      temperature between these ends is drawn.
+    - `sensor_faults`: Sensor faults in every simulation, in addition to the scenario's faults.
+    - `disturbances`: Efforts in every simulation, in addition to the scenario's disturbances.
     """
 
     parameters: dict[str, AnySpan] = {}

@@ -53,7 +53,7 @@ class StartingRig:
     period: sample period [s].
     step: step of the encoder [rad | m].
     axis_source: source of the kind of axis: the user, the log, or neither.
-    questions: channel -> note on the column or unit of the channel, which the log does not contain.
+    questions: channel -> note on a column or unit that the log does not contain.
     preset: drive or robot whose log format has these columns; it determines the units.
     layout: layout of the log, from the user.
     """

@@ -21,7 +21,7 @@ class NoiseFilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
       decade above; `reciprocal` is the inverse of that filter, a high-pass filter.
     """
 
-    # annex (25) as printed is a low-pass; its text calls it a high-pass, which is its reciprocal
+    # annex (25) as printed is a low-pass; the annex text describes the reciprocal, a high-pass
     frequency_hz: Positive
     reading: Literal["as printed", "reciprocal"]
 

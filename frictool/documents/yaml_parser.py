@@ -20,7 +20,7 @@ except ImportError:  # PyYAML built without libyaml
     CParser = None  # type: ignore[assignment, misc]  # the parser in Python replaces it
 
 MAX_DEPTH = 100
-MAX_NODES = 200_000  # reading so many takes some seconds; an alias counts on each use
+MAX_NODES = 200_000  # reading this number takes some seconds; an alias counts at each use
 # characters; a shorter text that libyaml refuses is parsed again by PyYAML, which names the line
 RETRY_CHARACTERS = 50_000
 YAML_TAGS = "tag:yaml.org,2002:"

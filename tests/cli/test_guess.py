@@ -258,7 +258,10 @@ def test_the_preset_of_a_log_is_named(name: str, tmp_path: Path) -> None:
     assert ("with the preset" in shown) is (title is not None)
     if title is not None:
         assert f"with the preset {title}: " in shown
-        assert f"# Units that are missing in the log are those of {title}." in bench.read_text()
+        assert (
+            f"# Units that are missing in the log come from the preset {title}."
+            in bench.read_text()
+        )
         made = run("init", tmp_path / "rig", "--from", tmp_path / "log.csv")
         assert f"guessed from log.csv with the preset {title}: " in made.stdout
 

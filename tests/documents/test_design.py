@@ -88,7 +88,7 @@ CONTRADICTIONS = {
     "no formula": (["position_law: {action: cut}"], "`kind: square_root` needs `formula`"),
     "a formula too much": (
         ["position_law: {action: none, kind: proportional, formula: sqrt(F/J)}"],
-        "`kind: proportional` has none",
+        "`kind: proportional` needs no formula",
     ),
     "virtual friction of a proportional law": (
         [
