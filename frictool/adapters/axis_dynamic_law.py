@@ -84,7 +84,8 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
 def assumed_fall(model: Model) -> str:
     """Return a remark if the presliding law uses an assumed Stribeck velocity, else "".
 
-    The velocity is assumed if the model has none, but its breakaway is above its Coulomb friction.
+    The velocity is assumed if the model states no Stribeck velocity, but a breakaway above the
+    Coulomb friction.
     """
     document, today = model.presliding, model.parameters
     if (

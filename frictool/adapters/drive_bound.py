@@ -52,7 +52,7 @@ def drive_bound(
     length: float,
     overshoot: float | None = None,
 ) -> DriveBound:
-    """Return the shortest response times of any controller on the bench.
+    """Return the shortest response times that any controller can reach on the bench.
 
     Parameters
     ----------

@@ -6,10 +6,10 @@ viscous friction. For the model, these two levels are
     coulomb   mean of F_c over the travel in bench.yaml and both directions
     viscous   steepest slope over the speed regimes, mean of both directions
 
-If the Coulomb level of a plant is c times that of the model, all dry friction is multiplied by c:
+If the Coulomb level of a plant is c times the model's level, all dry friction is multiplied by c:
 F_c and breakaway of both directions at every position, and the friction inside the backlash. If a
 plant has another breakaway, the breakaway of both directions is multiplied by the same factor. If
-the viscous level is c times that of the model, every slope is multiplied by c; the speeds at which
+the viscous level is c times the model's level, every slope is multiplied by c; the speeds at which
 the slope changes remain. If the model has no viscous friction, the viscous level of a plant is the
 slope at every speed. A plant with the levels of the model equals the model.
 """
@@ -27,7 +27,7 @@ from frictool.friction.polynomial_minimum import minimum
 from frictool.friction.position_polynomial import mean_over, normalised_coefficients
 
 Ends = tuple[float, float]
-# largest number of iterations, and difference of normalised polynomials at which they end
+# largest number of iterations; difference of normalised polynomials at which the iterations end
 DINKELBACH_STEPS, QUOTIENT_ROUNDING = 50, 1e-12
 
 
@@ -64,8 +64,8 @@ def least_breakaway(model: Model) -> float:
     """Return the smallest forward breakaway [N m | N] with the model's Coulomb friction.
 
     Without a separate shape of the breakaway over the position, this is the forward Coulomb
-    friction. Otherwise, the breakaway is at least the Coulomb friction at every position in both
-    directions.
+    friction. Otherwise, it is the smallest value with which the breakaway is at least the Coulomb
+    friction at every position in both directions.
     """
     today, laws = model.parameters, model.laws
     least: float = today.coulomb.value

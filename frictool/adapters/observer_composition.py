@@ -2,9 +2,9 @@
 
     position, effort ──▶ block of the document's kind ──▶ position, velocity, friction, wear
 
-The program contains the observer alone (for a log) or a controller, too. The estimates at a sample
-use the position up to this sample and the effort before this sample. A controller can therefore use
-the estimates at the same sample.
+The program contains only the observer (for a log), or the observer and a controller. The estimates
+at a sample use the position up to this sample and the effort before this sample. A controller can
+therefore use the estimates at the same sample.
 """
 
 from __future__ import annotations

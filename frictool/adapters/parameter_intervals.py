@@ -22,8 +22,8 @@ def intervals(
 ) -> dict[str, tuple[float, float]]:
     """Return the parameter intervals for which `synth` designs a controller.
 
-    The intervals are those of `ranges`, but the interval of the Coulomb friction also contains the
-    friction at every position of the travel.
+    The result equals the result of `ranges`, except that the interval of the Coulomb friction also
+    contains the friction at every position of the travel.
 
     `factors`: as in `ranges`.
     """
@@ -77,8 +77,8 @@ def breakaway_interval(model: Model) -> tuple[float, float] | None:
     """Return the interval of the breakaway [N m | N] that does not depend on the Coulomb friction.
 
     This is the range in bench.yaml together with the model's interval. Without a range in
-    bench.yaml, it is the interval from the logs if these do not show the Coulomb friction. None if
-    there is no such interval, so that `breakaway_ratio` applies.
+    bench.yaml, it is the interval from the logs if these do not show the Coulomb friction. Return
+    None if there is no such interval, so that `breakaway_ratio` applies.
     """
     today, lifelong = model.parameters, model.bench.mechanics.breakaway
     if lifelong is not None and lifelong.interval[0] < lifelong.interval[1]:
@@ -91,10 +91,10 @@ def breakaway_interval(model: Model) -> tuple[float, float] | None:
 def breakaway_ratio(model: Model) -> tuple[float, float]:
     """Return the range of breakaway divided by Coulomb friction, at least 1.
 
-    The range is the model's interval of the breakaway, divided by the Coulomb friction. It is
-    limited to the quotients of the lower ends, of the values and of the upper ends of the two
-    intervals: a breakaway that was assumed from 1 to 1.5 times the Coulomb friction has these
-    ratios. The Coulomb friction must be above 0.
+    The range is the model's interval of the breakaway, divided by the Coulomb friction. It is cut
+    to the range of three quotients: of the lower ends, of the values, and of the upper ends of the
+    two intervals. A breakaway that was assumed to be 1 to 1.5 times the Coulomb friction therefore
+    has these ratios. The Coulomb friction must be above 0.
     """
     breakaway, coulomb = model.parameters.breakaway, model.parameters.coulomb
     value = breakaway.value / coulomb.value

@@ -37,7 +37,7 @@ def pendulum_load(
 ) -> PendulumLoad | None:
     """Return the load of a pendulum; None if its mass or length is unknown.
 
-    `mass` [kg], `length` [m]: values of a log, which replace those of `pendulum`.
+    `mass` [kg], `length` [m]: values of a log, which replace the values in `pendulum`.
     """
     if pendulum is not None:
         mass = pendulum.mass.value if mass is None else mass

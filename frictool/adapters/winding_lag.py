@@ -10,8 +10,8 @@ DIGITS = 3  # significant digits of the entry that the text suggests
 def missing_winding_lag(model: Model) -> str | None:
     """Return a text if the model's voltage drive lacks the measured lag L/R of the winding.
 
-    The result is None if the drive's lag includes L/R, or if L and R were not measured. The servo's
-    firmware has a delay of its own.
+    The result is None if the drive's lag includes L/R, or if L and R were not measured. It is also
+    None for a smart servo, whose firmware has its own delay.
     """
     actuator, measured = model.bench.actuator, model.measurement
     if actuator.drive != "voltage" or actuator.servo is not None or measured is None:

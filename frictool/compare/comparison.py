@@ -54,7 +54,7 @@ class LawRunner(Protocol):
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the symbols of a law in thesis table 2.1 that simulations can determine, by row.
+        """Return row of thesis table 2.1 -> symbol, for the rows that simulations can determine.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test
@@ -147,7 +147,7 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """Yield a function like `map` that runs in `workers` processes, or in this process for 1."""
+    """Yield a function like `map` that uses `workers` processes; with 1, it uses this process."""
     if workers <= 1:
         yield map
         return

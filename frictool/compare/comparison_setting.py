@@ -12,7 +12,7 @@ breakaway):
 
 In these units, the amplitudes of stick-slip and limit cycle are proportional to F_s - F_c.
 Therefore the speed of the pulled spring is multiplied by `fall`, and the duration of the position
-loop divided by `fall` (compare/input_protocol.py). The Stribeck velocity v_s, the presliding
+loop is divided by `fall` (compare/input_protocol.py). The Stribeck velocity v_s, the presliding
 displacement z_max and the switching speed Sigma are multiplied by `fall` if no document contains
 them. Then the number of stick phases does not depend on `fall`.
 """

@@ -11,7 +11,7 @@ from frictool.presentation.decimation import decimated_indices
 from frictool.presentation.svg import PAGE, drawing, render
 from frictool.typing import Vector
 
-# distinguishable with deficient colour vision and in grey; the second curve is dashed
+# colours that are distinguishable with deficient colour vision and in grey; line styles
 COLOURS, DASHES = ("#1f5fa8", "#c4620a", "#2f7d4f"), ("-", (0, (5, 2)), (0, (1, 1.2)))
 WIDTH, ROW_HEIGHT = 5.2, 1.5  # inches
 STYLE: dict[str, Any] = {

@@ -239,7 +239,7 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the symbols of a law in thesis table 2.1 that simulations can determine, by row.
+        """Return row of thesis table 2.1 -> symbol, for the rows that simulations can determine.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test

@@ -17,7 +17,7 @@ class StickSlipResult:
     """Measures of stick-slip.
 
     - sticks: number of stick phases that end in a breakaway
-    - first_breakaway_s: time of the first breakaway; None if there is none
+    - first_breakaway_s: time of the first breakaway; None without a breakaway
     - period_s, jump: mean time and mean distance from one stick to the next; None for fewer than
       two sticks
     - stuck_share: fraction of the time in which the speed is below the Stribeck velocity

@@ -1,4 +1,4 @@
-"""Figures of a comparison: figures 3.11 to 3.25 of the thesis, and the same for other laws."""
+"""Figures of a comparison: figures 3.11 to 3.25 of the thesis, and such figures of other laws."""
 
 from __future__ import annotations
 

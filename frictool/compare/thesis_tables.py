@@ -39,7 +39,7 @@ TABLE_2_1: dict[str, tuple[str, ...]] = {
 }
 # law -> (row, computed cell) -> reason why the cell differs from the printed one, with the
 # parameters of table 3.1; other cells do not differ
-OTHER_PARAMETERS = "caused by these parameters; those of table 3.1 give the printed value"
+OTHER_PARAMETERS = "caused by these parameters; the parameters of table 3.1 give the printed value"
 _SMOOTHED = {
     ("non_drift", "+"): (
         "the thesis smooths sign(v); an event-exact simulation of stick has no drift"

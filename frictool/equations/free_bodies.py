@@ -23,7 +23,7 @@ Efforts = Mapping[str, Sequence[Term]]
 def free_body(
     block: str, efforts: Efforts, links: Sequence[LinkEquations], notation: Notation
 ) -> Equation:
-    """Return the equation m q'' = sum of all efforts on a block, including those of rigid links."""
+    """Return m q'' = sum of all efforts on a block, including the forces of rigid links."""
     right = [*efforts[block]]
     for link in links:
         if link.b == block:

@@ -27,7 +27,7 @@ from frictool.typing import Vector
 LEAST_HOLD = 15.0  # s, shortest hold in which a limit cycle can be ruled out
 LEAST_TURNS = 2
 MANY_TURNS = 6  # turns (three periods) that show a limit cycle in a hold of any length
-SUSTAINED = 0.8  # least ratio of the last swings to the first ones
+SUSTAINED = 0.8  # least ratio of the last swings to the first swings
 OVERDUE = 2.0  # largest time since the last turn, relative to the longest time between two turns
 
 

@@ -10,7 +10,7 @@ from frictool.typing import Vector
 
 
 def median(values: Vector) -> float:
-    """Return the median of values (n,), n >= 1; NaN if one of them is NaN.
+    """Return the median of values (n,), n >= 1; NaN if a value is NaN.
 
     The result equals `numpy.median` bit by bit.
     """

@@ -9,7 +9,7 @@ import numpy as np
 
 from frictool.typing import Vector
 
-# excess of the motion at rest over one sensor step, relative to the step, that is due to rounding
+# largest excess of a motion over one sensor step, relative to this step, that rounding explains
 MOTION_TOLERANCE = 1e-6
 
 

@@ -16,7 +16,7 @@ from frictool.metrics.response_time import ROUNDED, zone_half_width
 from frictool.typing import Vector
 
 LEAST_RETURN = 0.01  # least motion back after a turn, relative to the step
-LEAST_SENSOR_STEPS = 2.0  # the same, in sensor steps
+LEAST_SENSOR_STEPS = 2.0  # least motion back after a turn, in sensor steps
 
 
 def turning_points(position: Vector, threshold: float, direction: float = 0.0) -> list[int]:

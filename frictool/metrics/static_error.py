@@ -7,7 +7,7 @@ import numpy as np
 from frictool.metrics.final_value import final_value, tail_samples
 from frictool.typing import Vector
 
-MOVES = 2.0  # peak-to-peak motion of an axis that rests, in sensor steps; more is a motion
+MOVES = 2.0  # largest peak-to-peak change of the position of a resting axis, in sensor steps
 
 
 def static_error(position: Vector, target: float, resolution: float = 0.0) -> float:
@@ -26,7 +26,7 @@ def static_error(position: Vector, target: float, resolution: float = 0.0) -> fl
 
 
 def moves(end: Vector, resolution: float) -> bool:
-    """Return True if the positions (n,) at the end of a hold are those of an axis in motion.
+    """Return True if the axis still moves, according to its positions (n,) at the end of a hold.
 
     `static_error` explains `resolution`.
     """

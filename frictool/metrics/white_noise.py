@@ -9,8 +9,8 @@ import numpy as np
 from frictool.metrics.median import median
 from frictool.typing import Vector
 
-# standard deviations above the expected maximum of n samples; fewer than 1 of 1000 records exceed
-# it by chance
+# distance of the noise floor from the expected maximum of n samples, in standard deviations; fewer
+# than 1 of 1000 records exceed the noise floor by chance
 MARGIN = 2.0
 
 

@@ -1,6 +1,7 @@
 """Data for the charts of a page, read from the figures that matplotlib drew.
 
-explore.js draws these data with uPlot in place of the `<svg>` element; the figure stays the same.
+explore.js draws these data with uPlot in place of the `<svg>` element. The chart shows the curves
+of the figure.
 """
 
 from __future__ import annotations

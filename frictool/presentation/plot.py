@@ -56,7 +56,7 @@ class Mark:
     - dash: lengths of lines and gaps, in widths of the line; empty for a solid line
     - order: a mark with a larger number covers marks with smaller numbers
     - label: name in the legend
-    - group: name of the legend entry that shows or hides several marks at once
+    - group: name of the legend entry that shows or hides several marks together
     - detail: (abscissas, ordinates) with more samples, which are shown when a reader zooms in
     """
 

@@ -14,7 +14,7 @@ from frictool.presentation.decimation import straightened_indices
 from frictool.typing import Vector
 
 LEVELS = 8000  # smallest visible difference of a chart, relative to the height of the panel
-STEPS = 65534  # largest stored number; the next one marks a gap
+STEPS = 65534  # largest stored number; the next number, 65535, marks a gap
 
 
 def series_data(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-TOLERANCE = 1e-5  # relative tolerance, ten times that of an H-infinity norm (verify/hinf_norm.py)
+TOLERANCE = 1e-5  # relative; ten times the tolerance of an H-infinity norm (verify/hinf_norm.py)
 
 
 def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
@@ -44,7 +44,7 @@ def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[floa
 def smallest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
     """Return (smallest value, index of the first value that agrees with the smallest).
 
-    The arguments are those of `largest`.
+    `largest` explains the arguments.
 
     Examples
     --------

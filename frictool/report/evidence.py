@@ -75,7 +75,7 @@ class StreamEvidence:
     worst: bool = False
 
     def has(self, signal: str) -> bool:
-        """Return True if the stream has this signal, with finite values or not."""
+        """Return True if the stream has this signal, even if its values are not finite."""
         return signal in self.stream.signals
 
     def plotted(self, signal: str) -> Vector:
@@ -150,7 +150,7 @@ def gather_evidence(
     - rig: facts of the bench, such as backlash and sensor step
     - loop: closed loop of the controller, for the modulus margins; None without a controller
 
-    Raises LogError if a log has no stream or an empty one, or if the unit of a position is wrong
+    Raises LogError if a log has no stream or an empty stream, or if the unit of a position is wrong
     for the kind of axis in the specification.
     """
     gathered: list[StreamEvidence] = []

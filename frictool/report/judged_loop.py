@@ -77,8 +77,8 @@ class JudgedLoop:
     def played_beyond(self, log: Log) -> str:
         """Return text on simulated plant parameters outside the intervals of the verification.
 
-        A scenario can set such values under `given` or by a drift. The text is empty if there are
-        none.
+        A scenario can set such values under `given` or by a drift. The text is empty if all values
+        are within the intervals.
         """
         texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
         plants = [plant for plant in map(LoggedPlant.of_text, texts) if plant is not None]

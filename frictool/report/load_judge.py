@@ -1,4 +1,4 @@
-"""Judge of the load's static error behind a backlash, which is an exact value or has bounds."""
+"""Judge of the load's static error behind a backlash; the error is exact or has bounds."""
 
 from __future__ import annotations
 

@@ -19,8 +19,8 @@ def judge_response(
 ) -> Requirement:
     """Judge the longest response time to 95 %.
 
-    With a controller, `reason` and `details` also contain the shortest possible time, in which the
-    drive can make the longest step with the plants at the controller's vertices.
+    With a controller, `reason` and `details` also contain the shortest time in which the drive can
+    make the longest step with the plants at the controller's vertices.
     """
     metric = REQUIREMENTS["response_time_95_s"]
     judged = worst_hold(spec, metric, evidence)

@@ -1,6 +1,6 @@
 """Kernels for the metrics of a simulated plant; a campaign simulates thousands of plants.
 
-Their results equal the results of the functions in `frictool/metrics/` and
+The results of the kernels equal the results of the functions in `frictool/metrics/` and
 logs/quality/time_base.py bit by bit.
 """
 

@@ -2,7 +2,8 @@
 
     record -> position, drive, peaks -> sensor step -> holds -> metrics -> (value, met)
 
-The values equal those of `judge` on the log of the simulation. Reasons and locations are left out.
+The values equal the values that `judge` computes from the simulation's log. Reasons and locations
+are left out.
 """
 
 from __future__ import annotations

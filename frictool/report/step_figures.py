@@ -23,7 +23,7 @@ from frictool.report.worst_hold import limit_of
 Judged = tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
 MOST_STEPS = 12
 NEAR_ORIGIN = 0.05  # largest difference of two origins of the same step, relative to its amplitude
-BAND_SHOWN = 3.0  # half height of the enlarged range, relative to the static error allowed
+BAND_SHOWN = 3.0  # half height of the enlarged range, relative to the allowed static error
 BEYOND_SETTLING = 1.6  # shown duration relative to the slowest response
 
 

@@ -45,9 +45,9 @@ def select_streams(verdict: Verdict) -> JudgedStreams:
     """Return the streams that a page shows, at most forty, in the order of the evidence.
 
     If the verdict has more than forty streams, the nominal streams, the worst stream of each
-    requirement and the failing streams are selected before others, which are chosen at equal
-    distances in the list. The worst stream is marked. The verdict and `--json` always include all
-    streams.
+    requirement and the failing streams are selected first. Other streams, at equal distances in the
+    list, fill the remaining places. The worst stream is marked. The verdict and `--json` always
+    include all streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

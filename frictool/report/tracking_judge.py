@@ -15,7 +15,7 @@ NO_MOTION = "the reference does not move, or moves by steps only, which no axis 
 
 
 def judge_tracking(key: str) -> Judge:
-    """Return the function that judges the tracking error which the specification's `key` limits.
+    """Return the judge of the tracking error that the specification limits under `key`.
 
     A stream is ignored if it has no profile and its reference changes by steps only.
     """

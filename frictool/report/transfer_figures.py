@@ -91,7 +91,7 @@ def _caption(controller: Controller, curves: VertexTransfers, transfer: VertexTr
         return f"{vertices}; no template, because its weight is 0 or not in the document."
     worst = transfer.worst
     share = (
-        f"{100.0 * worst.ratio:.3g} % of it at vertex {worst.vertex}, "
+        f"largest gain {100.0 * worst.ratio:.3g} % of the template, at vertex {worst.vertex}, "
         f"{number(worst.frequency)} rad/s"
     )
     gamma = f"γ = {number(curves.gamma)} {'requested' if curves.is_requested else 'verified'}"

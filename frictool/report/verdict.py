@@ -62,7 +62,7 @@ def judge(
     controller : Controller, optional
         The controller, for the modulus margin and for its bench.
     bench : Bench, optional
-        The bench of recorded logs; by default the controller's.
+        The bench of recorded logs; by default the controller's bench.
 
     Returns
     -------

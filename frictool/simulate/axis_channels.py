@@ -5,13 +5,13 @@ channel                       meaning
 ============================  ====================================================================
 position                      output of the encoder, with its faults
 reference                     reference of the position
-profile                       profile that the loop tracked, if the controller generates one
+profile                       profile that the loop tracked, if the controller generates a profile
 current | voltage             output of the drive's sensor, with its faults and noise
 effort                        measured drive times the nominal constant, also for variants with
                               another constant
 velocity_estimated            speed that the controller used, from the difference of encoder
                               readings or an observer
-velocity_measured             output of an exact velocity sensor, if the controller uses one
+velocity_measured             output of an exact velocity sensor, if the controller uses the sensor
 command                       output of the controller; acts `delay_samples` samples later
 position_true, velocity       true position and velocity of the motor
 load_position                 true position behind the backlash
@@ -21,7 +21,7 @@ disturbance                   mean external effort over the sample, if a disturb
 ..._factor                    factor of the dry friction, the viscous friction or the drive
                               constant, if the scenario has a drift of this parameter; a friction
                               factor includes the effect of temperature
-temperature                   temperature, if the scenario states one
+temperature                   temperature, if the scenario states it
 ============================  ====================================================================
 """
 
@@ -74,7 +74,7 @@ class AxisChannels:
     - samples: number n of samples
     - reference: reference (n,) of the position; None without a controller
     - conditions: disturbances, drifts and sensor faults (n, 8), as in
-      engine/disturbances_and_faults.py; (0, 8) if the scenario has none
+      engine/disturbances_and_faults.py; (0, 8) if the scenario has none of these
     - senses_velocity: True if the controller uses a velocity sensor
     - hold_samples: number of successive invalid samples that the controller tolerates
       (control/measurement_guard.py)
@@ -165,7 +165,7 @@ class AxisChannels:
         return generator.normal(0.0, self.noise, self.time.size)
 
     def _shown(self, record: Vector) -> Vector:
-        """Return the measured position (n,); an invalid sample repeats the last valid one."""
+        """Return the measured position (n,); an invalid sample repeats the last valid sample."""
         measured = record[:, closed_loop.MEASURED]
         valid = np.isfinite(measured)
         if valid.all():

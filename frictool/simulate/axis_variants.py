@@ -1,12 +1,13 @@
 """Plant variants of a simulated axis: nominal, vertices of the ranges, random, or chosen values.
 
-The ranges of inertia, viscous friction, Coulomb friction and drive constant are those that `synth`
-uses (`ranges` of adapters/parameter_intervals.py). At a vertex, each of these four parameters is at
-one end of its range. In a random plant, each parameter is drawn uniformly from its range,
-independently of the others. A breakaway with a range is drawn, too, from the part of the range that
-is possible with the drawn Coulomb friction. At a vertex, the ratio of breakaway to Coulomb friction
-is that of the model. If more plants are drawn with the same seed, the first plants stay the same.
-adapters/friction_levels.py applies the values to models with additional friction parameters.
+The ranges of inertia, viscous friction, Coulomb friction and drive constant are the result of
+`ranges` (adapters/parameter_intervals.py), as in `synth`. At a vertex, each of these four
+parameters is at one end of its range. In a random plant, each parameter is drawn uniformly from its
+range, independently of the others. A breakaway with a range is drawn, too, from the part of the
+range that is possible with the drawn Coulomb friction. At a vertex, the ratio of breakaway to
+Coulomb friction is the model's ratio. If more plants are drawn with the same seed, the first plants
+stay the same. adapters/friction_levels.py applies the values to models with additional friction
+parameters.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ class AxisVariant:
 def count(model: Model, scenario: Scenario) -> int:
     """Return the number of plants that a scenario simulates.
 
-    It is 1, plus the number of vertices or of random plants if the scenario selects these.
+    It is 1, plus the number of vertices or random plants if the scenario selects such plants.
     """
     if scenario.variants == "vertices":
         return 1 + len(vertices(model))
@@ -100,8 +101,8 @@ def vertices(model: Model) -> tuple[PlantPoint, ...]:
     """Return the vertices of the parameter box: at most 16 plants, named v01, v02, ...
 
     At a vertex, the inertia, the viscous friction, the Coulomb friction and the drive constant are
-    each at an end of their range. Equal vertices, as of a parameter without a range, are returned
-    once.
+    each at an end of their range. If a parameter has no range, vertices are equal; equal vertices
+    are returned once.
     """
     return corner_points(ranges(model))
 
@@ -115,7 +116,7 @@ def variants_of(
     """Return the plants that the key `variants` of a scenario selects.
 
     For `variants: given`, the only plant has the values under `given`. Otherwise, the first plant
-    is the nominal one; vertices or random plants follow. `owner` is the name of the model in
+    is the nominal plant; vertices or random plants follow. `owner` is the name of the model in
     messages. `parameters`: result of `parameters_of`, computed if None. Raises FrictoolError if a
     plant's parameters are out of range, or if plants must be drawn but no parameter has a range.
     """
@@ -160,9 +161,9 @@ def nominal_levels(model: Model) -> dict[str, float]:
 def parameters_of(model: Model) -> dict[str, VariedParameter]:
     """Return the parameters of a model that a scenario can set or vary, by name.
 
-    The parameters are those of `nominal_levels`, the breakaway in positive direction, the offset,
-    and the backlash if bench.yaml states one. The range of a parameter contains the model's
-    interval and the range in bench.yaml.
+    The parameters are the parameters of `nominal_levels`, the breakaway in positive direction, the
+    offset, and the backlash if bench.yaml states a backlash. The range of a parameter contains the
+    model's interval and the range in bench.yaml.
 
     The breakaway has such a range if `breakaway_interval` returns one. Otherwise, a range of the
     ratio of breakaway to Coulomb friction is used (`breakaway_ratio`). This ratio is constant if
@@ -202,7 +203,7 @@ def breakaway_at(
     """Return breakaways (n,) from the range that belongs to the Coulomb frictions `coulomb` (n,).
 
     `parameters`: result of `parameters_of`. `parts` (n,): position in the range, 0 (low) to 1
-    (high). None if the breakaway has no range.
+    (high). Return None if the breakaway has no range.
     """
     one = parameters["breakaway"]
     if one.least is None or one.low == one.high:

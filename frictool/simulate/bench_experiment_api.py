@@ -40,7 +40,7 @@ def play(
     seed : int
         Seed of the noise and of the encoder's zero.
     provenance : Provenance, optional
-        Origin that the log states; by default, this call.
+        Origin that the log states; by default, the call of this function.
     forward : Vector, optional
         Feedforward (n,) [N m | N] that is added to the effort of the bench's position loop.
 

@@ -21,7 +21,7 @@ from frictool.logs.log import Log
 from frictool.typing import Vector
 
 SPEED_SHARE = 0.5  # bandwidth of the speed loop times the delay
-POSITION_SHARE = 0.3  # bandwidth of the position loop divided by that of the speed loop
+POSITION_SHARE = 0.3  # bandwidth of the position loop divided by the bandwidth of the speed loop
 FEEDFORWARD = "feedforward"  # column of a test with the effort of the loop's feedforward
 LARGEST_COUNT = 0.25  # largest change of the drive by one count, relative to the drive's limit
 

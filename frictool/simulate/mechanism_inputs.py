@@ -19,7 +19,7 @@ from frictool.documents.conditions import Disturbance, Signal
 from frictool.engine.mechanism.closed_loop import MechanismInputs
 from frictool.typing import IntVector, Vector
 
-SAME_INSTANT = 1e-9  # largest difference of two instants that are treated as one, in samples
+SAME_INSTANT = 1e-9  # largest difference of two instants that are treated as equal, in samples
 
 
 def inputs_of(

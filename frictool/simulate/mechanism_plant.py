@@ -262,7 +262,7 @@ def check_mechanism_scenario(
         )
         refuse(names.scenario, "variants", message)
     if scenario.commands:
-        refuse(names.scenario, "commands", "works only with a model of one axis: frictool reduce")
+        refuse(names.scenario, "commands", "works only with a model of one axis (frictool reduce)")
     check_given(scenario, ranges(document), names)
     if scenario.variants == "random":
         check_least(ranges(document), {}, {}, names, drawn=True)

@@ -6,9 +6,9 @@ from the sensor's position:
     q_block - start_block = ratio (q_sensor - start_sensor)
 
 ratio is the product of the ratios of the links between the two blocks. The load is the block that
-`control.load` names. Without this key, the load is the block with the most links to the sensor (the
-last in the file if several blocks have as many links). The load's position is converted to the
-sensor's coordinate for the comparison with the reference.
+`control.load` names. Without this key, the load is the block with the most links between it and the
+sensor. If several blocks have this number of links, the load is the last of them in the file. The
+load's position is converted to the sensor's coordinate for the comparison with the reference.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def rig_of_mechanism(
     """Return the rig that a controller sees, and the indices of the controlled axis.
 
     Raises ElementError if the mechanism has several sources or sensors and `control` does not
-    select one, or if the sensor does not measure a position.
+    select a source and a sensor, or if the sensor does not measure a position.
     """
     source, sensor = controlled_indices(document, assembled)
     drives, senses = (

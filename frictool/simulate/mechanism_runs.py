@@ -49,7 +49,7 @@ from frictool.typing import Vector
 
 AT_ONCE = 500_000  # most samples in a batch of runs
 PIECE = 5000  # samples between two checks for progress and an interrupt
-ROOM_FOR_EVENTS = 200_000  # most stored events of a run; further ones are only counted
+ROOM_FOR_EVENTS = 200_000  # most stored events of a run; further events are only counted
 
 
 class MechanismOutcome(NamedTuple):
@@ -91,7 +91,7 @@ def play_all(
     tasks: Sequence[tuple[MechanismTask, Vector]],
     progress: Callable[[int, int], None],
 ) -> Iterator[MechanismOutcome]:
-    """Simulate all variants in parallel; yield the outcome of each.
+    """Simulate all variants in parallel; yield the outcome of each variant.
 
     tasks: pairs (task, initial positions (n,) [rad | m]); each run starts at rest.
     `progress(done, total)` receives numbers of variants, but numbers of samples if there is a

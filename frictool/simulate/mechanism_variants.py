@@ -67,10 +67,10 @@ def mechanism_variants(
 ) -> list[MechanismVariant]:
     """Return the mechanisms that the key `variants` of a scenario selects.
 
-    The first mechanism is the nominal one; random mechanisms follow. For `variants: given`, the
-    only mechanism has the values under `given`. `owner` is the name of the document in messages.
-    Raises FrictoolError if mechanisms must be drawn but no quantity has a range, or if a mechanism
-    cannot be assembled.
+    The nominal mechanism comes first; random mechanisms follow. For `variants: given`, the only
+    mechanism has the values under `given`. `owner` is the name of the document in messages. Raises
+    FrictoolError if mechanisms must be drawn but no quantity has a range, or if a mechanism cannot
+    be assembled.
     """
     if scenario.variants == GIVEN:
         return [

@@ -40,7 +40,7 @@ def check_least(
 
     `ranges`: parameters of the plant by name. `drawn`: True if plants are drawn from ranges.
     `spans`: ranges in the scenario's `spread`, used if `drawn` is True. `provided`: values under
-    `given` of the scenario; if `drawn` is True, only those of parameters without a range are used.
+    `given` of the scenario; if `drawn` is True, only parameters without a range use these values.
     """
     for name, parameter in ranges.items():
         if parameter.least is None:

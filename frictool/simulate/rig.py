@@ -24,7 +24,7 @@ class Rig:
     - examples: keys of the bench that still have the example values of `frictool init`
     - bench_values_only: reason why no parameter of the model was identified, or empty
     - presliding: name of the model's presliding law, or empty
-    - temperature: dependence of the friction on the temperature; None if the model has none
+    - temperature: dependence of the friction on the temperature; None if the model states none
     """
 
     owner: str

@@ -38,7 +38,7 @@ def check_length(samples: float, runs: int, key: str, name: str, width: float = 
     """Raise DocumentError if the samples of all simulated plants do not fit into memory.
 
     samples: number of samples of a plant. runs: number of plants. key: key of the document `name`
-    that determines `samples`. width: memory of a logged sample, relative to that of a single axis.
+    that determines `samples`. width: memory per logged sample, relative to a single axis.
     """
     if samples * runs * width > MAX_SAMPLES:
         problem = f"requests {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"

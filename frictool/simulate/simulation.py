@@ -44,7 +44,7 @@ def simulate(
         Log to replay, number format of the controller, and compiled code; allowed only with a
         controller.
     provenance : Provenance, optional
-        Origin that the log states; by default, this call.
+        Origin that the log states; by default, the call of this function.
     names : DocumentNames
         Names of the documents in messages.
     progress : callable

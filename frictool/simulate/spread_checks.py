@@ -105,7 +105,7 @@ def _check_ends(
     for parameter, span in spread.parameters.items():
         least = plant.ranges()[parameter].least
         for end, value in (("low", span.low), ("high", span.high)):
-            if least is not None and value < 0.0:  # a mechanism would replace it by its limit
+            if least is not None and value < 0.0:  # a mechanism would use the limit instead
                 problem = f"found {value:g} {span.unit}, below 0"
                 refuse(
                     names.scenario,

@@ -20,7 +20,7 @@ from frictool.plant.polytope import PlantPoint
 from frictool.verify.feedback_loops import running_form
 
 ETA, DRIVE, POSITION = "eta", "drive", "position"
-ASKED = "asked"  # drive commanded by the controller; DRIVE is the drive behind delay and lag
+ASKED = "asked"  # drive commanded by the controller; DRIVE is the drive after delay and lag
 
 
 def as_linear_system(system: Lti | Model | Controller) -> Lti:

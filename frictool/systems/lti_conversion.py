@@ -94,7 +94,7 @@ def _space(
     )
     if len(above) > len(below):
         raise FrictoolError(
-            "the system is improper: the order of its numerator exceeds that of its "
+            "the system is improper: the order of its numerator exceeds the order of its "
             "denominator; add a low-pass filter"
         )
     a, b, c, d = scipy.signal.tf2ss(above if len(above) else [0.0], below)

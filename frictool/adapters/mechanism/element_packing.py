@@ -32,7 +32,7 @@ STEEPEST = math.radians(80.0)  # rad, largest angle of a cam's profile
 FAR: dict[Axis, float] = {
     "rotary": 1e5,
     "linear": 1e3,
-}  # rad, m: distance of the second side of a compliant stop that has one side
+}  # rad, m: assumed distance of the missing side of a compliant stop with one side
 
 
 Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
