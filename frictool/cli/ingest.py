@@ -30,7 +30,8 @@ Convert bench files to the canonical log (MCAP), which Foxglove, PlotJuggler and
 
 RAW is a file of any format that frictool reads; its content determines the format. `columns` of the
 bench assigns columns to channels, and everything is converted to SI. A canonical log needs no
-conversion. The first file becomes /axis, each further file of the same rig /axis/NAME.
+conversion. The first file becomes the stream /axis; each further file of the same rig becomes a
+stream /axis/NAME.
 
 --from and --to keep the part of the log between two times. --resample joins all streams to one
 stream /axis with a constant period: commands, drives and efforts keep their last value, other

@@ -39,7 +39,8 @@ sequences stay below gamma. If a check fails, nothing is written and the exit co
 observers need a fine encoder.
 
 tracking is an observer for a coarse encoder: it predicts with the model, and corrects the
-prediction when it leaves the measured count. Its only setting is the bandwidth of the error.
+prediction when the predicted position leaves the measured count. The only setting is the bandwidth
+of the error.
 """
 
 

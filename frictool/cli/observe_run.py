@@ -67,14 +67,14 @@ be read or has lost data; else 0. The outputs are written in every case.
 @click.option(
     "--wear-limit",
     type=FiniteRange(0.0, min_open=True),
-    help=("Exit code 1 if the wear, or its ratio to the first log, is above this limit."),
+    help=("Exit code 1 if the wear, or the wear relative to the first log, exceeds this limit."),
 )
 @click.option(
     "--commissioning",
     type=existing,
     help=(
-        "First log of the unit, or the --json output of its run; the limit then applies to the "
-        "ratio."
+        "First log of the unit, or the --json output of `observe run` for that log; the limit then "
+        "applies to the wear relative to that log."
     ),
 )
 @click.option(

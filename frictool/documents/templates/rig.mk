@@ -19,7 +19,7 @@ INGEST = $(FRICTOOL) ingest $< --bench bench.yaml -o $@
 # model, controller, step test, page and verdict of every design
 all: $(VERDICTS)
 
-# the same of one design
+# these files for one design
 $(DESIGNS): %: verdict-%
 
 # the designs of DEMO, and each controller as C99
