@@ -60,7 +60,7 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return (full, fresh), which describe the breakaway friction at position x.
+    """Return the parameters (full, fresh) of the breakaway friction at position x.
 
     full [N m | N]: breakaway friction after a long rest. fresh: breakaway friction just after a
     stop, divided by full; fresh * full is at least the Coulomb friction. p: parameters with
@@ -158,8 +158,8 @@ def is_straight(p: Vector, load: Vector) -> bool:
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
     """Return (a, b) such that the friction is Coulomb friction + a + b w + Stribeck term.
 
-    a is in N m | N, b in N m s/rad | N s/m. w: speed [rad/s | m/s], whose speed range determines a
-    and b.
+    a is in N m | N, b in N m s/rad | N s/m. Both are valid in the speed range that contains the
+    speed w [rad/s | m/s].
     """
     added = 0.0
     viscous = p[al.VISCOUS_PAIR + _side(direction)]

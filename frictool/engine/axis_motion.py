@@ -4,10 +4,10 @@
     slipping   until the speed falls to zero or the backlash closes; both times are exact to
                rounding (engine/slip_closed_form.py)
 
-With `AxisLaws` (plant/axis_friction_laws.py) a slip also ends at an end stop, at a speed at which
-the viscous coefficient changes (knee), at the limit of the Stribeck layer, and at an end of the
-range in which polynomials describe the friction over position. If the breakaway grows with the time
-at rest, engine/drive_lag.py computes the time of the breakaway.
+With `AxisLaws` (plant/axis_friction_laws.py), more events end a slip: an end stop, a speed at which
+the viscous coefficient changes (knee), the limit of the Stribeck layer, and an end of the range in
+which polynomials describe the friction over position. If the breakaway grows with the time at rest,
+engine/drive_lag.py computes the time of the breakaway.
 
 A slip has a closed form unless the friction is nonlinear in speed, the friction depends on the
 position, or a load depends on the position (plant/position_load.py). Without a closed form, a slip
@@ -63,8 +63,8 @@ from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
 ROUNDING = 2.0**-50  # largest effort that is treated as zero, relative to the sum of its terms
-MAX_EVENTS = 100  # most events in a call; the effort is monotone under a constant command
-MAX_REBOUNDS = 10_000  # most events in a call if the axis has end stops, from which it may rebound
+MAX_EVENTS = 100  # largest number of events in a call; the effort is monotone in a call
+MAX_REBOUNDS = 10_000  # largest number of events in a call if the axis can rebound from stops
 SHORTEST_FLIGHT = 1e-6  # s; a rebound with a shorter flight ends at rest at the stop
 
 
@@ -199,7 +199,7 @@ def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
     """Update the state at a boundary (`next_place`); return the direction of motion afterwards.
 
     An axis that is pressed against the stop would rebound infinitely often in a finite time.
-    Rebounds shorter than SHORTEST_FLIGHT are therefore left out.
+    Rebounds with a flight shorter than SHORTEST_FLIGHT are therefore left out.
     """
     _, kind_of_end = next_place(p, start, direction)
     if kind_of_end == MAP_EDGE:
@@ -310,9 +310,8 @@ def is_held(state: Vector, command: float, p: Vector) -> bool:
     """Return True if the axis rests and stays at rest as long as `command` [A | V] acts.
 
     The test is exact, because the drive tends monotonically to the command and the breakaway does
-    not fall during a rest. The result is always False for an axis with a winding, because the drive
-    limit changes within a period, and for an axis with a dynamic law, which deflects under any
-    effort.
+    not fall during a rest. The result is always False for two kinds of axes: with a winding, the
+    drive limit changes within a period; with a dynamic law, the axis deflects under any effort.
     """
     if state[ax.VELOCITY] != 0.0 or p[ax.RESISTANCE] > 0.0:
         return False
@@ -377,7 +376,7 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
 def advance_axis(
     state: Vector, command: float, parameters: Vector, curved: Laws, duration: float
 ) -> int:
-    """Advance `state` as `advance` does; the integrators of slips are optional.
+    """Advance `state` as `advance` does, with the integrators of slips only if required.
 
     curved: None if every slip has a closed form (axis_friction.py `is_straight`), else
     `parameters`.

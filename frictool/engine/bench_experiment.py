@@ -70,9 +70,10 @@ def next_place(
     rules: Vector,
     measured: float,
 ) -> RampProgress:
-    """Return the progress after a sample; `progress.row` is `rows` at the end of the test.
+    """Return the progress after a sample; at the end of the test, the field `row` equals `rows`.
 
-    measured: encoder reading at the sample. The other arguments are those of `play_ramps`.
+    rows: number of drive values. measured: encoder reading at the sample. `play_ramps` describes
+    the other arguments.
     """
     row = progress.row
     if measured > rules[2] if progress.segment > 0.0 else measured < rules[1]:

@@ -3,10 +3,10 @@
              ◀── friction
     effort u ──▶ [ m ] ──▶ v          lower stop │        x        │ upper stop
 
-The friction law consists of a function `slip_force(v, direction, law)` and two breakaway forces.
-Above the speed `straight_from`, the friction is `direction * coulomb + viscous * v` up to rounding,
-and the motion has a closed form. Below this speed, in the Stribeck layer, the motion is integrated
-in steps.
+The friction law consists of a function `slip_force(v, direction, law)` and the breakaway force in
+each direction. Above the speed `straight_from`, the friction is `direction * coulomb + viscous * v`
+up to rounding, and the motion has a closed form. Below this speed, in the Stribeck layer, the
+motion is integrated in steps.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ class FrictionBody:
 
     slip_force: kernel (v, direction, law) -> force. law: parameters of this kernel. `breakaway`,
     `coulomb`, `viscous` and `viscous_beyond` are pairs (backward, forward), >= 0; `stops` is (low,
-    high). tolerance: allowed error of the speed during integration in steps, relative to the
-    reference speed of motion_pieces.py `layer_piece`.
+    high). tolerance: allowed error of the speed in an integration step, divided by the reference
+    speed that `layer_piece` of motion_pieces.py defines.
     """
 
     mass: float
@@ -77,7 +77,7 @@ class FrictionBody:
     stops: tuple[float, float] = (-math.inf, math.inf)  # m
     restitution: float = 0.0  # ratio of the speeds after and before an end stop
     tolerance: float = TOLERANCE_DEFAULT
-    # friction/law_extension.py; an extension has knees of its own
+    # friction/law_extension.py; an extension defines the knees itself
     extension: PackedExtension | None = None
 
     def law_in(self, direction: float) -> Vector:

@@ -37,7 +37,7 @@ from frictool.plant.position_load import with_load
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
-# columns of the record, one row per sample, with the values at that sample
+# columns of the record; each row contains the values at one sample
 MEASURED, TRUE_POSITION, TRUE_VELOCITY, LOAD, COMMAND, TRUE_DRIVE, TRUE_MODE = 0, 1, 2, 3, 4, 5, 6
 RECORD_SIZE = 7
 
@@ -51,7 +51,7 @@ def measure(position: float, step: float) -> float:
 
 
 def load_of_run(axis: Vector, load: Vector) -> Vector | None:
-    """Return the argument `load` of `run` for an axis (a,) with a load (l,).
+    """Return the load to pass to `run` for an axis (a,) with a load (l,).
 
     The result is None if every slip has a closed form; `run` is then compiled without the
     integrators.
@@ -156,7 +156,7 @@ def begin_sample(
 ) -> tuple[float, bool]:
     """Fill the record's row (7,) of sample k; return the acting command, and True if `p` changed.
 
-    The arguments are those of `advance_sample`.
+    `advance_sample` describes the arguments.
     """
     slots = waiting.shape[0]
     waiting[k % slots] = command

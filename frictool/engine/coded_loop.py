@@ -1,4 +1,4 @@
-"""Closed loop of engine/closed_loop.py with a controller as machine code (control/machine_code.py).
+"""Closed loop of engine/closed_loop.py, with a controller compiled by control/machine_code.py.
 
 The record equals the record of `closed_loop.run` bit by bit.
 """
@@ -67,7 +67,7 @@ def run_coded(
     measured = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
     decay = math.exp(-period / axis[ax.LAG]) if axis[ax.LAG] > 0.0 else 0.0
-    held = False  # the axis rests, and the drive `last` keeps it at rest
+    held = False  # True if the axis rests and the drive `last` keeps it at rest
     last = 0.0
     for k in range(reference.shape[0]):
         measured = encoder_reading(axis, state, measured, conditions, k)

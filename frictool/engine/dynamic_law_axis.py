@@ -10,11 +10,11 @@ call has the step length that the previous call reached. Impacts at end stops ar
 dense output of a step. An axis that is pressed against a stop is exactly at rest. Backlash is not
 supported.
 
-The parameters of the axis (plant/axis_friction_laws.py) are followed by DYNAMIC_SIZE values of
-the law, and then by the load. The values of the law are: HEAD numbers (addresses of kernels, sizes
-and tolerance), the reference sizes of `dynamic_law_motion.run_dynamic`, the kind of drift of each
-parameter, and the arrays of friction/law_extension.py. The state (7,) of the axis is followed by
-the length of the next step [s] and z.
+The parameters of the axis (plant/axis_friction_laws.py) are followed by DYNAMIC_SIZE values of the
+law, and then by the load. The values of the law are HEAD numbers (addresses of kernels, and sizes),
+the array `scales` of `dynamic_law_motion.run_dynamic`, the kind of drift of each parameter, and the
+arrays of friction/law_extension.py. The state (7,) of the axis is followed by the length of the
+next step [s] and z.
 """
 
 from __future__ import annotations
@@ -59,13 +59,13 @@ from frictool.plant.position_load import appended, load_start
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
-# head of the values of a law; the three addresses are below 2^53, so that a float holds them
+# head of the values of a law; a float represents the three addresses (< 2^53) exactly
 RATE, FORCE, COMMIT, MOVING, STATES, PARAMETERS = range(6)
 HEAD = 6
 STEP = ax.STATE_SIZE  # index in the state; z follows
 
 FRICTION, SLOPE = 1.0, 2.0  # a parameter drifts with the dry or the viscous friction; 0: no drift
-MAX_IMPACTS = 10_000  # most impacts at end stops in a call
+MAX_IMPACTS = 10_000  # largest number of impacts at end stops in a call
 SHORTEST_FLIGHT = 1e-6  # s; a rebound with a shorter flight ends at rest at the stop
 BISECTIONS = 60
 
@@ -195,8 +195,8 @@ def _meet_stop(
 def move_under_law(state: Vector, command: float, p: Vector, duration: float) -> int:
     """Advance the state of an axis with a dynamic law, in place, by `duration` [s].
 
-    The arguments are those of `axis_motion.advance`, but `command` must be within the drive's
-    limits. Returns a status of engine/status_codes.py.
+    `axis_motion.advance` describes the arguments; `command` must be within the drive's limits.
+    Returns a status of engine/status_codes.py.
     """
     head = p[al.EXTENDED_SIZE : al.EXTENDED_SIZE + HEAD]
     count = int(head[PARAMETERS])

@@ -11,10 +11,10 @@ the equations are stiff, because the contact relaxes in microseconds. The integr
 implicit Rosenbrock method (engine/rosenbrock.py) with error control on v and z.
 
 In some laws, part of z is a memory, for example of past reversals, which is updated after accepted
-steps only. A step ends at each reversal, because the memory must register the reversal. An
-extension (friction/law_extension.py) makes Coulomb friction and breakaway depend on position and
-direction, and adds viscous friction by ranges of speed. The Jacobian neglects the change of
-friction with position, which is small compared with the contact stiffness.
+steps only. The memory must register each reversal; a step therefore ends there. An extension
+(friction/law_extension.py) makes Coulomb friction and breakaway depend on position and direction,
+and adds viscous friction by ranges of speed. The Jacobian neglects the change of friction with
+position, which is small compared with the contact stiffness.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ def virgin_contact(
 ) -> tuple[Vector, int, Vector]:
     """Return (z, m, scales) of a contact that has never moved.
 
-    z (n,): internal state. The first m elements follow differential equations; the others are
-    memory. scales (n,): change of each element of z over `length_scale` [m | rad], for error
+    z (n,): internal state. The first m elements follow differential equations; the other elements
+    are memory. scales (n,): change of each element of z over `length_scale` [m | rad], for error
     control.
     """
     z = kernels.reset(p)
@@ -231,7 +231,7 @@ def _sample(driven: DrivenContact, t: float, y: Vector, zdot: Vector, row: Vecto
 
 @kernel
 def step_factor(error: float) -> float:
-    """Return (next step length)/(last step length) for a last step with this error/tolerance."""
+    """Return (next step length)/(last step length); `error`: error/tolerance of the last step."""
     if not math.isfinite(error):
         return SHRINKAGE
     return GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.25))
@@ -312,10 +312,10 @@ def run_dynamic(
     ends (s,), drives (s, 10): drive i acts up to ends[i] [s]. kernels: result of `law_kernels`.
     laws: the arrays forward, backward and table of a PackedExtension, then a workspace for the
     current parameters; without an extension the last array contains the parameters of the law.
-    moving: number of leading elements of z with a differential equation; the others are memory.
-    scales: relative tolerance, reference speed [m/s], 0 (q has no error control), and a reference
-    size for each element of z. times (n,): ascending, within the run. Fills samples (n, 5) with the
-    values at `times`.
+    moving: number of leading elements of z with a differential equation; the other elements are
+    memory. scales: relative tolerance, reference speed [m/s], 0 (q has no error control), and a
+    reference size for each element of z. times (n,): ascending, within the run. Fills samples (n,
+    5) with the values at `times`.
 
     Returns a status of engine/status_codes.py and the time reached [s].
     """

@@ -6,7 +6,7 @@ Within a period, the effort is constant if the drive has no lag. With a lag, the
 effort[k] to effort[k+1].
 
 In most periods the axis slips in one direction under linear friction, without an event. The motion
-over such a period is linear in the state, with coefficients computed once. A slip that does not
+over such a period is linear in the state; its coefficients are computed once. A slip that does not
 stop under the lower of the period's two efforts does not stop under the real effort either. All
 other periods are simulated by engine/axis_motion.py. A load that depends on position
 (plant/position_load.py) is evaluated once per period, at its middle; the error is of second order
@@ -33,7 +33,7 @@ from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
-FREE = np.zeros(2)  # gains without correction
+FREE = np.zeros(2)  # gains of a simulation without correction
 
 
 def replay_parameters(axis: AxisParameters) -> Vector:
@@ -71,7 +71,7 @@ def slip_through_period(
     """Advance a slipping axis by one period in closed form; return False if an event may occur.
 
     If the result is False, the state is unchanged. first, last: efforts at the start and the end of
-    the period [N m | N]. command: effort that the drive approaches. c (2, 6):
+    the period [N m | N]. command: effort that the drive approaches. c (2, 6): result of
     `period_coefficients`.
     """
     velocity = state[ax.VELOCITY]

@@ -1,6 +1,6 @@
 """Events that end an interval of slip with extended friction, and the state after the event.
 
-The functions correspond to those of slip_events.py, but use a larger state:
+The functions correspond to the functions of slip_events.py, but use a larger state:
 
     state (8,)   the state (5,) of engine/body.py, the lagged velocity of the lubricant film, the
                  time at rest, and the number of knees (speeds at which the viscous coefficient
@@ -133,7 +133,7 @@ def extended_arrival(
 ) -> int:
     """Update the state after an event of the given `kind` at t; return the final kind of the event.
 
-    Parameters and result are those of `slip_events.arrive`.
+    `slip_events.arrive` describes parameters and result.
     """
     body = driven.body
     if kind == fb.PASSES_KNEE:

@@ -47,7 +47,7 @@ from frictool.typing import Vector
 # forward and backward parameters, the extension's table, workspace for the current parameters
 ExtendedLaws = tuple[Vector, Vector, Vector, Vector]
 
-# state indices after those of engine/body.py
+# indices in the state, after the indices of engine/body.py
 FILM, RESTED, KNEES_PASSED = 5, 6, 7
 EXTENDED_SIZE = 8
 # rows of an integrated motion: x, v, q, w
@@ -118,7 +118,7 @@ def sampled_friction(
     """Return the friction [N | N m], `ahead` [s] after the start of an interval of motion.
 
     At rest the result is the effort u, limited by the breakaway thresholds of both directions. y:
-    position, velocity and lagged film velocity at that time.
+    position, velocity and lagged film velocity at this time.
     """
     force = driven.force
     x, v, w = y
@@ -195,8 +195,8 @@ def _first_breakaway(
     """Return the time [s] at which the rest ends, and True if the body then breaks away.
 
     The threshold never falls. The body therefore stays at rest on [a, b] if the largest effort on
-    [a, b] is below the threshold at a. more: increase of the threshold [N | N m]. size: sum of the
-    magnitudes of the effort's terms.
+    [a, b] is below the threshold at a. more: amount by which the threshold is raised [N | N m].
+    size: sum of the magnitudes of the effort's terms.
     """
     bound = curvature_bound(u, h)
     low = 0.0
@@ -244,7 +244,7 @@ def rest_piece(
 ) -> tuple[float, float]:
     """Return the duration [s] of a rest, and the direction of the breakaway that ends it (0: none).
 
-    The parameters are those of `motion_pieces.rest_piece`.
+    `motion_pieces.rest_piece` describes the parameters.
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)

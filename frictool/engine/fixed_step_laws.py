@@ -154,8 +154,8 @@ def run_hybrid(
 
     x is the position, v the velocity, q the integral of the position error, and z the law's state.
     step [s]: length of a step. ends (s,), drives (s, 10): drive i acts up to ends[i] [s]; each step
-    uses the drive in the middle of the step. times (n,): ascending. Fills samples (n, 5) with the
-    values at the starts of steps that are nearest to `times`, and events (m, 4). laws: as in
+    uses the drive in the middle of the step. times (n,): ascending. Fills samples (n, 5), with the
+    values at the step start nearest to each element of `times`, and events (m, 4). laws: as in
     `dynamic_law_motion.run_dynamic`. past (d + 1,): workspace for a film delay of d steps.
 
     Returns a status of engine/status_codes.py, the time reached, and the number of events.
@@ -244,7 +244,7 @@ def _band_force(
     law = laws[3]
     _hold(laws, x, v, u, stuck, rested)
     if stuck:
-        # at rest the direction of the effort counts, not that of the velocity
+        # at rest, friction opposes the effort, not the velocity
         return sticking_force(u, breakaway(1.0, law), breakaway(-1.0, law))
     added = knee_force(v, regime_table(table)) if table.shape[0] > 0 else 0.0
     return slip_force(v, math.copysign(1.0, v), law) + added

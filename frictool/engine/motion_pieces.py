@@ -26,7 +26,7 @@ SHORTEST_STEP = 2.0**-50  # shortest step, relative to the time or to the run
 # first step, relative to the time in which the largest force would accelerate the body through the
 # Stribeck layer
 FIRST_STEP = 2.0
-FLOOR = 2.0**-5  # smallest speed to which the tolerance is relative, in units of the speed scale
+FLOOR = 2.0**-5  # smallest reference speed of the relative tolerance, in units of the speed scale
 GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.85
 # exponents of the present and the last error in the next step length: proportional-integral control
 # of the step length (Gustafsson 1991)

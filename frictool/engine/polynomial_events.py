@@ -15,7 +15,7 @@ from frictool.typing import Vector
 
 NEVER = -1.0
 RESOLUTION = 2.0**-40  # shortest distance of two zeros that the search separates, relative to h
-MAX_HALVINGS = 10_000  # most iterations; a polynomial that nearly touches zero needs about 100
+MAX_HALVINGS = 10_000  # largest number of iterations; if the polynomial nearly touches 0, about 100
 
 
 @kernel

@@ -72,10 +72,8 @@ def motion(
 def reach(c: Vector) -> float:
     """Return the time [s] up to which the series c (TERMS,) is exact to rounding.
 
-    The time is infinite for a polynomial.
-
-    Up to that time the last two terms are below EXACT times the largest term of the first half of
-    the series.
+    Up to this time, the last two terms are below EXACT times the largest term of the first half of
+    the series. For a polynomial of lower degree, the time is infinite.
     """
     longest = math.inf
     for k in (TERMS - 2, TERMS - 1):

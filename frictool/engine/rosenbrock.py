@@ -73,7 +73,7 @@ DENSE = np.array(
 
 @kernel
 def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> None:
-    """Fill the first `rows` of out (n,) with the point at which stage i evaluates y'.
+    """Fill the first `rows` elements of out (n,) with the point at which stage i evaluates y'.
 
     y: state at the start of the step. stages: results k of the earlier stages.
     """
@@ -116,7 +116,7 @@ def complete_stage(
 
 @kernel
 def between(y: Vector, end: Vector, stages: Vector, share: float, rows: int, out: Vector) -> None:
-    """Fill the first `rows` of out with the dense output of a step at the time fraction `share`.
+    """Fill `rows` elements of `out` with the dense output of a step at the time fraction `share`.
 
     y, end: states at the start (`share` 0) and at the end of the step (`share` 1).
     """

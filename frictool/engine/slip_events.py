@@ -127,8 +127,8 @@ def arrive(
 ) -> int:
     """Update the body's direction, region and speed after an event of the given `kind`.
 
-    Returns the kind, but RESTS_AT_STOP instead of BOUNCES if the flight after the rebound would be
-    too short. towards: direction of a breakaway. span [s]: duration of the run.
+    Returns the kind of the event; RESTS_AT_STOP replaces BOUNCES if the flight after the rebound
+    would be too short. towards: direction of a breakaway. span [s]: duration of the run.
     """
     body = driven.body
     direction = state[fb.DIRECTION]

@@ -9,9 +9,9 @@ The viscous friction is added + viscous w, with coefficients that depend on the 
 i(t) is an exponential, and the load (plant/position_load.py) depends on the position. While the
 motor moves inside the backlash, the Coulomb friction of the backlash replaces all other friction.
 
-A slip ends at the limits of its speed range and of the Stribeck layer, at the ends of the range in
-which polynomials describe the friction over position, and when the backlash closes. These events
-are located as roots of the dense output. Between two events, all derivatives are smooth.
+A slip ends at a limit of its speed range or of the Stribeck layer, at an end of the range in which
+polynomials describe the friction over position, or when the backlash closes. These events are
+located as roots of the dense output. Between two events, all derivatives are smooth.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from frictool.typing import Vector
 HELD, SLOWER, FASTER, PLACE, FAILED, CONTACT = 0, 1, 2, 3, 4, 5
 
 TOLERANCE = 1e-12  # tolerance of the speed, relative to the speed or its change within a step
-FLOOR = 2.0**-5  # smallest speed to which the tolerance is relative in the layer, in units of v_s
+FLOOR = 2.0**-5  # smallest reference speed of the tolerance in the layer, in units of v_s
 FIRST_STEP = 2.0  # first step, relative to the time in which all efforts together would reach v_s
 # largest effort that is treated as zero at the start of a slip, relative to its terms
 ROUNDING = 2.0**-46

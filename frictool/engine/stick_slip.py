@@ -190,7 +190,7 @@ def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
 
 @kernel
 def record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
-    """Write one event to `events`; a breakaway at the instant of a stop becomes SLIPS_BACK."""
+    """Write one event to `events`; a breakaway at the instant of a stop has the kind SLIPS_BACK."""
     if (
         kind == fb.BREAKS_AWAY
         and happened > 0

@@ -21,7 +21,7 @@ from frictool.engine.mechanism.joint_losses import (
 from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-MAX_PIECES = 200  # most linear pieces that a search visits
+MAX_PIECES = 200  # largest number of linear pieces that a search visits
 FOUND = 1e-13  # tolerance of a zero, relative to the efforts
 PASSED = 1e-9  # overshoot of a search step beyond the end of a piece, relative to the step
 

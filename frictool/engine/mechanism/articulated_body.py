@@ -4,8 +4,8 @@ Each block has one coordinate, and joints have no degree of freedom. Sources of 
 Vereshchagin (Engineering Cybernetics 12(6), 1974, 65-70), Featherstone (International Journal of
 Robotics Research 2(1), 1983, 13-30). A moving block with acceleration x needs the force INERTIA x +
 NEED from the joint to its parent; at the root this force is 0. A block at rest needs a force in
-[NEED, NEED_HIGH]. A tree stays at rest as long as the interval of its root contains 0, and a
-contact at rest stays closed as long as its interval contains a pressing force.
+[NEED, NEED_HIGH]. A tree stays at rest as long as the interval of its root contains 0. A contact at
+rest stays closed as long as its interval contains a pressing force.
 
 A mode is, for example, the rest of a block or the contact of two flanks of a backlash. Each mode
 has a guard: the distance of a force, a speed or a position from the value at which the mode ends,

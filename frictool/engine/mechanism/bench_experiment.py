@@ -77,8 +77,8 @@ def play_ramps(
 ) -> int:
     """Apply the drive values `rows` (n,) of a ramp test to a mechanism.
 
-    segment, following, turning, rules, delay: as in `play_ramps` of engine/bench_experiment.py. The
-    other arguments are those of `play_reference`. `position` and `drive` (n,) are filled; played
+    segment, following, turning, rules, delay: as in `play_ramps` of engine/bench_experiment.py.
+    `play_reference` describes the other arguments. `position` and `drive` (n,) are filled; played
     (1,) is set to the number of applied values. Returns a status of engine/status_codes.py.
     """
     waiting = np.zeros(delay + 1)

@@ -4,9 +4,9 @@
     controlled source, constant until k + 1
 
 engine/closed_loop.py describes the loop. A sample period is divided into parts with constant inputs
-(`MechanismInputs`). With a winding, whose drive limit changes with speed, each part is divided
-again into PARTS intervals with constant limits. Drifts change parameters of the mechanism from
-sample to sample (`DriftedNumbers`).
+(`MechanismInputs`). The drive limit of a winding changes with speed; each part is then divided into
+PARTS intervals with constant limits. Drifts change parameters of the mechanism from sample to
+sample (`DriftedNumbers`).
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from frictool.typing import IntVector, Vector
 
 Modes = NDArray[np.int8]
 
-NOBODY = -1  # index for no controlled source
+NOBODY = -1  # value of `source` if no source is controlled
 
 
 class ControlPorts(NamedTuple):

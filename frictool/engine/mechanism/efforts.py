@@ -262,5 +262,5 @@ def all_efforts(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Compute `efforts` with all results, also those that only the ends of a step need."""
+    """Compute `efforts` with all results, including results that only the ends of a step need."""
     return efforts(machine, t, y, modes, inputs, out, True)

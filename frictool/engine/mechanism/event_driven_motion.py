@@ -8,9 +8,9 @@
 Between events all modes are constant and the rates smooth. The motion is integrated by the
 Dormand-Prince method 8(5,3) with error control, or by implicit steps if a link is stiff
 (stiff_step.py). A guard (mode_guards.py) measures how far a mode is from its end. If a guard falls
-to its limit within a step, the step ends at this instant, which is located to rounding on the
-step's dense output. Then the modes are determined again. If nothing moves and all drives are
-steady, the remaining duration is skipped.
+to its limit within a step, the step ends at this instant. The step's dense output gives the instant
+to rounding. Then the modes are determined again. If nothing moves and all drives are steady, the
+remaining duration is skipped.
 """
 
 from __future__ import annotations
@@ -38,10 +38,9 @@ from frictool.engine.status_codes import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SM
 from frictool.runtime.kernels import bare_kernel, kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-TOLERANCE = (
-    1e-8  # tolerance of a speed, relative to the speed, or to a tenth of the speed scale if larger
-)
-MAX_EVENTS = 200_000  # most events in a call
+# tolerance of a speed, relative to the larger of the speed and a tenth of the speed scale
+TOLERANCE = 1e-8
+MAX_EVENTS = 200_000  # largest number of events in a call
 GROWTH, SHRINKAGE, SAFETY = 4.0, 0.2, 0.9
 MANY_LAGS = 50.0  # half lags after which a drive's lag no longer limits the step
 SHORTEST = 1e-15  # shortest step, relative to the time reached, or in s

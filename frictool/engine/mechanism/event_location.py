@@ -37,8 +37,8 @@ from frictool.engine.mechanism.weighted_sums import on_path
 from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-ROUNDS = 200  # most iterations of the search
-# zero of a cubic: most iterations; size of the last iteration's change, relative to the step
+ROUNDS = 200  # largest number of iterations of the search
+# zero of a cubic: largest number of iterations; change in the last iteration, relative to the step
 NEWTON = 60
 NEAR = 1e-15
 # value of a guard at the located instant: AT_END for a speed or a position, BEYOND for a force; the

@@ -20,7 +20,7 @@ ROUNDING = 1e-15  # rounding error of a position, relative to its terms
 @bare_kernel
 def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
     """Return the force [N | N m] at a block below which forces count as zero."""
-    least = 1e-300  # N | N m, for a block without mass and without efforts
+    least = 1e-300  # smallest tolerance [N | N m], for a block without mass and efforts
     return float(
         SLACK * w[GROSS, block]
         + LEAST_RATE * ly.mass_of(k, p, block) * ly.speed_scale(k, p, block)

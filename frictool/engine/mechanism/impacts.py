@@ -1,14 +1,14 @@
 """Speeds after impacts of the flanks of a backlash, and after end-stop impacts.
 
 An impact occurs between two groups of rigidly joined blocks, or between a group and the frame, by
-Newton's law with the restitution of the contact. If groups touch in a row, the impact passes from
-contact to contact, as in Newton's cradle, until no two groups approach. The contact with the
+Newton's law with the restitution of the contact. In a row of touching groups, the impact passes
+from contact to contact, as in Newton's cradle, until no two groups approach. The contact with the
 largest approach speed is resolved first. Friction forces are finite and have no impulse; an impact
 can therefore set blocks at rest in motion.
 
 Losses of joints are proportional to the transmitted force and therefore take a fraction of the
-impulse (lossy_impulses.py). The flanks return at most the energy that they absorbed, even if the
-losses change during the impact. Approaches slower than BOUNCE have no rebound, so that a series of
+impulse (lossy_impulses.py). Even if the losses change during the impact, the flanks return at most
+the energy that they absorbed. Approaches slower than BOUNCE have no rebound, so that a series of
 rebounds ends at rest.
 """
 
@@ -27,8 +27,8 @@ from frictool.typing import IntVector, Vector
 BOUNCE = 1e-6  # slowest approach with a rebound, relative to the speed scale
 TOGETHER = 1e-12  # largest speed difference of touching parts, relative to the speed scale
 STANDING = 1e-9  # largest speed of a block that a stop holds, relative to the speed scale
-MAX_ROUNDS = 100_000  # most impacts in a call
-MAX_PIECES = 20  # most pieces of an impulse (`_meet`)
+MAX_ROUNDS = 100_000  # largest number of impacts in a call
+MAX_PIECES = 20  # largest number of pieces of an impulse (`_meet`)
 TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of position
 
 
@@ -180,7 +180,7 @@ def _part(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
 @bare_kernel
 def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -> tuple[float, int]:
-    """Return the largest approach speed of all contacts, and the index of that contact.
+    """Return the largest approach speed of all contacts, and the index of its contact.
 
     Approach speeds are relative to the block's speed scale. The index of a contact is the index of
     its joint, or the number of joints plus the index of its stop; the result is -1 if no contact

@@ -159,8 +159,10 @@ def try_step(
                  at the start      at the end
         rates    row 0 of `slopes` row AFTER of `slopes`
         powers   row 0 of `powers` row AFTER of `powers`
-        guards   line GUARD        line TRIAL
-        state    `state.y`         line END
+        guards   row GUARD         row TRIAL
+        state    `state.y`         row END
+
+    GUARD, TRIAL and END are rows of `lines`.
 
     Returns error/tolerance (inf if a law or the mechanism fails), and the fraction of the step at
     which a guard of a force is first passed (1 if none is).

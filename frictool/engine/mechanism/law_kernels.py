@@ -30,7 +30,7 @@ from frictool.runtime.kernels import function_pointer
 from frictool.typing import IntVector, Vector
 
 EXACT, SMOOTH, DYNAMIC, HYBRID, BANDED = range(5)
-PROBES = (0.0, 1e-6, 1e-3, 1.0, 1e3)  # speeds at which a law is tested for being a straight line
+PROBES = (0.0, 1e-6, 1e-3, 1.0, 1e3)  # speeds at which a law's friction is tested for linearity
 
 
 # calls of the kernels of friction/law.py `StaticKernels`, `DynamicKernels` and `HybridKernels`;
@@ -93,7 +93,7 @@ def sizes_of(law: Law, p: Vector) -> Vector:
     When a contact first moves, the force grows with the displacement. Let d be the Coulomb force
     p[0] divided by the initial slope of the force. The scale of a state is the change of the state
     over the displacement d. The scale is inf for states that do not change at first, such as
-    memory, and for all states of a law that is not dynamic.
+    memory. It is also inf for all states of a law that is not dynamic.
     """
     z = rest_of(law, p)
     if not isinstance(law.kernels, DynamicKernels):

@@ -19,7 +19,7 @@ from frictool.engine.mechanism.workspace_rows import SLOPE, VALUE
 from frictool.runtime.kernels import bare_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-MAX_PIECES = 200  # most linear pieces of Lambda that a search visits
+MAX_PIECES = 200  # largest number of linear pieces of Lambda that a search visits
 FOUND = 1e-14  # tolerance of a zero, relative to the impulse
 
 
@@ -119,11 +119,11 @@ def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: boo
 
 @part_kernel
 def yielding(hit: Group, row: int, force: float, speed: float, lossy: bool) -> float:
-    """Return the speed change of the group's first block per unit of impulse, at `speed`.
+    """Return the speed change of a group's first block per unit of impulse.
 
-    force: ±1, sign of the impulse. row: -1 if the impulse acts on `hit.block`. Otherwise the
-    impulse acts on the load end b of the joint in this row, and `hit.block` is at end a. lossy:
-    `is_group_lossy`. The result is NaN if the group jams.
+    force: ±1, sign of the impulse. speed: present speed of the first block. row: -1 if the impulse
+    acts on `hit.block`. Otherwise the impulse acts on the load end b of the joint in this row, and
+    `hit.block` is at end a. lossy: `is_group_lossy`. The result is NaN if the group jams.
     """
     if speed != 0.0:
         return _by_direction(hit, row, force, math.copysign(1.0, speed), lossy)

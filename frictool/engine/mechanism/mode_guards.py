@@ -14,7 +14,7 @@ from frictool.typing import IntVector, Vector
 
 # a guard above GRAZING times its change in the step is not checked for a short passing
 GRAZING = 1e-3
-BROKEN = -1.0  # value of a guard below which it has been passed
+BROKEN = -1.0  # limit of a guard: a guard below this value is passed
 
 
 @bare_kernel
@@ -156,7 +156,7 @@ def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) 
     """Return the first time [s] before `shortest` at which a guard may pass its limit.
 
     The guard has the values g0, g1 and the rates r0, r1 at 0 and h, and is not passed at 0 and h.
-    The result is `shortest` if the guard is not passed.
+    The result is `shortest` if the guard is not passed before `shortest`.
     """
     if r0 >= 0.0 or r1 <= 0.0:
         return shortest
@@ -178,7 +178,7 @@ def first_dip(
     modes: IntVector,
     guard: Vector,
 ) -> float:
-    """Return the first time [s] within a step at which a guard may briefly be passed; else h.
+    """Return the first time [s] within a step at which a guard may briefly be passed; h if none.
 
     h: length of the step. The search covers the guards of speeds, open flanks and stops.
     """

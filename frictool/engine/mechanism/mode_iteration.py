@@ -15,7 +15,7 @@ from frictool.engine.status_codes import JAMMED, LAW_FAILED, OK, UNRESOLVED
 from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import IntVector, Vector
 
-ATTEMPTS = 50  # most iterations
+ATTEMPTS = 50  # largest number of iterations
 
 
 @bare_kernel

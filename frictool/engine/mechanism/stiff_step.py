@@ -5,10 +5,11 @@ The method is RODAS of engine/rosenbrock.py, with a dense Jacobian J:
     W k_i = f(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij k_j/h + h d_i f_t
     W = I/(gamma h) - J
 
-J is computed by differences, without the springs and dampers of the links. The derivatives of
-spring and damper forces are added analytically, because differences of these large forces would be
-inaccurate. The work of the elements is integrated with the same stages. The method is L-stable:
-after the deflection of a stiff, damped link has settled, only the motion limits the step length.
+J is computed by differences, without the springs and dampers of the links. The derivatives of the
+spring and damper forces are added analytically, because difference quotients of these large forces
+would be inaccurate. The work of the elements is integrated with the same stages. The method is
+L-stable: after the deflection of a stiff, damped link has settled, only the motion limits the step
+length.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from frictool.engine.rosenbrock import DENSE, GAMMA, IN_TIME, NODES, STAGES, A, 
 from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import IntVector, Vector
 
-SLOW = 0.1  # smallest speed to which the tolerance is relative, in units of the speed scale
+SLOW = 0.1  # smallest reference speed of the relative tolerance, in units of the speed scale
 PLACE_TIME = 1e-2  # s, tolerance of a position divided by the tolerance of a speed
 NUDGE = 1e-7  # difference of a state for the Jacobian, relative to the state
 TIME_NUDGE = 1e-3  # difference of time for the derivative by time, relative to the step
@@ -62,8 +63,8 @@ def _nudge(k: IntVector, p: Vector, y: Vector, modes: IntVector, j: int) -> floa
 def _set_springs(k: IntVector, p: Vector, springs: Vector, restore: bool) -> None:
     """Make stiffness and damping of all couplings negligible, or restore them.
 
-    `springs` (c, 2) contains the values between the two calls: it is written if `restore` is False,
-    and read if it is True.
+    `springs` (c, 2) contains the values between the two calls: a call with `restore` False writes
+    the array, a call with `restore` True reads it.
     """
     for c in range(k[ly.COUPLINGS]):
         at = ly.coupling_row(k, c) + ly.STIFFNESS
@@ -125,11 +126,11 @@ def _add_springs(
     jacobian: Vector,
     of_work: Vector,
 ) -> int:
-    """Add the derivatives by stiffness and damping of each coupling, as products of two vectors.
+    """Add the derivatives of the spring and damper forces of each coupling, as outer products.
 
-    One vector is the response of rates and powers to a force in the link. The other vector is the
-    derivative of this force with respect to the state. A common motion of both ends therefore
-    changes no force, up to rounding.
+    Each outer product has two vectors. One vector is the response of rates and powers to a force in
+    the link. The other vector is the derivative of this force with respect to the state. A common
+    motion of both ends therefore changes no force, up to rounding.
     """
     k, p = machine.whole, machine.numbers
     y, modes, workspace = state.y, state.modes, state.workspace

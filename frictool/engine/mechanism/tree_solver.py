@@ -7,11 +7,11 @@ root's acceleration is x, the child of a rigid joint accelerates with x times th
 only push: a child in contact adds max(0, Lambda_child(ratio x)), and separates if this is 0.
 
 In each step of the recursion, Lambda is a rising, piecewise linear graph: the sum of the inertial
-force m x, Coulomb friction at rest (a vertical piece at x = 0), and the losses of back-drivable
-links, which rise with the force. Lambda(x) = 0 therefore has one solution, independent of the order
-of contacts. Among all motions that the contacts allow, this solution is the motion of least
-constraint (Gauss; Moreau 1966): Lambda is the subdifferential of a convex function of the
-accelerations. A tree at rest stays at rest if the interval Lambda(0) contains 0.
+force m x, the Coulomb friction at rest, and the losses of back-drivable links. Coulomb friction is
+a vertical piece at x = 0; the losses rise with the force. Lambda(x) = 0 therefore has one solution,
+independent of the order of contacts. Among all motions that the contacts allow, this solution is
+the motion of least constraint (Gauss; Moreau 1966): Lambda is the subdifferential of a convex
+function of the accelerations. A tree at rest stays at rest if the interval Lambda(0) contains 0.
 
 If the breakaway is above the Coulomb friction, the graph falls at x = 0. Then a tree that can stay
 at rest stays at rest; any other tree starts to move with its friction in slip.
