@@ -49,7 +49,7 @@ INDICES = {  # in the simulation's array of parameters
     "STIFFNESS": STIFFNESS,
     "HARMONICS": HARMONICS,
 }
-FIRST_PARAMETER = 16  # value reference of the parameter of index 0
+FIRST_PARAMETER = 16  # value reference of the parameter with index 0
 REFERENCES = {
     "command": 1,
     "position": 2,
@@ -299,7 +299,7 @@ def _law_settings(model: Model) -> Iterator[AxisSetting]:
             1.0,
         )
         yield AxisSetting(
-            "rise_time", al.RISE_TIME, "s", "time at rest in which the breakaway rises by half"
+            "rise_time", al.RISE_TIME, "s", "time at rest until half of the rise of the breakaway"
         )
     if model.bench.mechanics.travel is not None:
         unit = si_unit("position", model.axis)

@@ -10,11 +10,11 @@ The functions are arm_biquad_cascade_df1_f32, _q31 and _q15:
     q15    acc = the same sum in the format 34.30, y = acc >> (15 - postShift); y saturates
 
 In fixed point each coefficient is multiplied by 2^-postShift before it is stored. The signals are
-scaled with the sum of the absolute impulse response. Therefore input and output of each stage stay
-within a quarter of the range, and no stage overflows for any input. `input_scale` and
-`output_scale` are the input and the output at full range. Shifts round down, which adds a bias of
-at most one count per stage. The bias passes through 1/A of the stage, with A = 1 + a1/z + a2/z^2,
-and through the stages behind it; `noise` is the bound of the amplified bias.
+scaled with the sum of the absolute impulse response. Input and output of each stage therefore stay
+within a quarter of the range: no stage overflows for any input. `input_scale` and `output_scale`
+are the input and the output at full range. Shifts round down, which adds a bias of at most one
+count per stage. The bias passes through 1/A of the stage, with A = 1 + a1/z + a2/z^2, and through
+the stages behind it; `noise` is the bound of the amplified bias.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def _noise(name: str, made: Biquads, number: Number) -> float:
     count = math.ldexp(1.0, -bits)
     rows = [[unit * value for value in stage] for stage in made.stages]
     chain = [(b0, b1, b2, 1.0, -a1, -a2) for b0, b1, b2, a1, a2 in rows]
-    # the input is rounded to the nearest
+    # the input is rounded to the nearest count
     noise = 0.5 * count
     entered = REACH
     for k, (b0, b1, b2, a1, a2) in enumerate(rows):

@@ -68,7 +68,7 @@ def c_sources(
 
     `program`: program of the controller.
     `vectors`: golden vectors in the number format.
-    `loop`: verified properties with rounded coefficients.
+    `loop`: verified properties of the loop with rounded coefficients.
 
     Raises NoSolutionError if a coefficient is beyond the range of the number format, and
     FixedPointOverflow if the program cannot be scaled to fixed point.

@@ -6,8 +6,8 @@ control/fixed_point.py determines the shifts:
     value 2^n               raised(value, n): a product, because a left shift of a negative
                             value is undefined
 
-A word is the integer of a value, an int32_t. Sums, products and shifted values are computed in
-int64_t.
+The word of a value is the int32_t that represents the value. Sums, products and shifted values are
+computed in int64_t.
 """
 
 from __future__ import annotations

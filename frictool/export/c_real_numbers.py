@@ -127,8 +127,8 @@ class RealNumbers:
     def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str:
         """Return `text`, the C expression of `node`, as an operand.
 
-        `within`: node whose expression contains the operand. The operand is in brackets if C or a
-        reader could group the operations differently.
+        `within`: node whose expression contains the operand. The operand is put in brackets if C or
+        a reader could group the operations differently.
         """
         if node.op in HELPERS or node.op == "sqrt" or within.op in HELPERS or within.op == "sqrt":
             return text

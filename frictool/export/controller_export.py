@@ -173,7 +173,7 @@ def export_controller(
     origin: ExportOrigin,
     report: bool = False,
 ) -> ExportResult:
-    """Export a controller of the document `origin`; `export` describes the parameters.
+    """Export a controller whose document is `origin`; `export` describes the parameters.
 
     Raises the errors of `export`, and NoSolutionError if the document is inconsistent.
     """

@@ -2,8 +2,8 @@
 
     position = direction * resolution * counts
 
-The counts are the numbers from which `ingest` computes the position: those of `columns.position`
-in the bench, after its scale and offset. A wrong sign would make the feedback positive.
+The counts are the numbers from which `ingest` computes the position: the column `columns.position`
+of the bench, after its scale and offset. A wrong sign would make the feedback positive.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def reading_notes(controller: Controller) -> dict[str, str]:
 
 
 def _source(column: Column | None, direction: int) -> str:
-    """Return how the bench's column is related to the counts; empty for the counts themselves."""
+    """Return a text that relates the bench's column to the counts; "" if none is needed."""
     if column is None:
         return f"; {CHECK}" if direction < 0 else ""
     if column.unit != COUNT:

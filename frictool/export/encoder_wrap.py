@@ -4,9 +4,9 @@
     position[k] = reading[k] + turns[k] period
 
 A wrapping encoder shows the position modulo a period. The controller needs the position without
-wraps: at a wrap, it would else turn the axis backwards by a whole period. The first reading counts
-as the position if it is within the travel of the bench. Otherwise, `turns[0]` is the number of
-periods that brings the position nearest to the middle of the travel.
+wraps: without this correction, a wrap would make the controller turn the axis back by a whole
+period. The first reading counts as the position if it is within the travel of the bench. Otherwise,
+`turns[0]` is the number of periods that brings the position nearest to the middle of the travel.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from frictool.export.c_identifier import c_identifier
 from frictool.export.c_statements import NumberWriter
 from frictool.export.proof_table import multiplier
 
-FLOAT_COUNTS = 2.0**24  # largest number of counts of which a float distinguishes each
-# readings of the self-test: periods before the first one, periods between two, number up and down
+FLOAT_COUNTS = 2.0**24  # number of counts up to which a float represents every integer
+# readings of the self-test: first reading and distance [periods], number up and number down
 FIRST, APART, UP, DOWN = 0.1, 0.3, 8, 16
 
 
@@ -67,7 +67,7 @@ class EncoderWrap:
 
     @property
     def requirement(self) -> str:
-        """Return what a program must do that has coefficients only."""
+        """Return the requirement for a program that contains the coefficients only."""
         return (
             f"the encoder wraps after {self.period:.6g} {self.units[0]}: position and reference "
             "must be without wraps"

@@ -57,7 +57,7 @@ NUMBERS = {
     },
 }
 REFERENCES = ", const Reference references[], size_t count"
-# functions that the standard requires and that return an error here: name -> other parameters
+# functions that FMI requires and that only return an error here: name -> further parameters
 ABSENT = {
     "EnterEventMode": "",
     "EnterConfigurationMode": "",

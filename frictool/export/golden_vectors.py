@@ -2,10 +2,10 @@
 
 The sequence is generated from a seed while the controller runs. The sequence depends on the
 controller document and the number format only. The position roughly imitates an axis in closed
-loop: the position follows the filtered reference with a lag, and is quantised by the encoder. A
-phase that waits for rest, release or the drive's limit ends after a bounded number of samples. At
-the end inputs become invalid, several times for as long as the controller holds the last valid
-input. Then inputs become invalid for one sample longer, which sets the fault.
+loop: it follows the filtered reference with a lag, and the encoder quantises it. A phase that waits
+for rest, release or the drive's limit ends after a bounded number of samples. At the end, inputs
+become invalid: several times for as many samples as the controller holds the last valid input, then
+for one sample longer, which sets the fault.
 
 The program in double precision runs with the same inputs. The difference between its drive and the
 drive in the number format shows the effect of rounding.
@@ -42,11 +42,11 @@ SEED = 1
 # largest length of a phase [samples], for a fast and for a slow prefilter
 PHASE, LONGEST = 1500, 20_000
 SETTLING = 15.0  # settling time of the prefilter, in time constants
-BANDS = 32.0  # range of the position in bands of the position law, if the bench has no travel
+BANDS = 32.0  # range of the position [bands of the position law], if the bench has no travel
 COUNTS = 8.0  # width [encoder counts] assumed for the band of a controller without a band
 LAG = 10.0  # samples, lag of the position behind the filtered reference
 FASTER = 3.0  # speed of the return into the band, relative to the rest speed of the position law
-DISABLED = 20  # samples between the commands disable and enable; they count as no mode
+DISABLED = 20  # samples between the commands disable and enable; these samples count as no mode
 BEYOND = 0.1  # excess of a scheduled parameter beyond its range, relative to the range
 
 Row = tuple[float, ...]
@@ -227,8 +227,9 @@ class _VectorSequence:
     def push(self, bands: float) -> None:
         """Push the axis out of the band in which the controller sets the drive to 0, and back.
 
-        `bands`: distance relative to the band's half-width. The return begins when the measured
-        speed has decayed. The return speed is higher than the rest speed of the position law.
+        `bands`: distance of the push, relative to the band's half-width. The return begins when the
+        measured speed has decayed. The return speed is higher than the rest speed of the position
+        law.
         """
         reference = self.rows[-1][0]
         start = self.position
@@ -255,7 +256,7 @@ class _VectorSequence:
                 break
 
     def lose(self, reference: float, samples: int) -> None:
-        """Run samples with one invalid input each; the kinds of invalid inputs take turns."""
+        """Run samples with one invalid input each; the kinds of invalid inputs rotate."""
         kinds: list[dict[str, float]] = [
             {"position": math.nan},
             {"position": math.inf},

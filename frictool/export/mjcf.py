@@ -14,7 +14,7 @@ J is the inertia and x the position of the joint. friction/lugre.py and friction
 the symbols of LuGre. A is the amplitude of the effort ripple, N its angular wave number.
 
 MuJoCo regularises `frictionloss`: below breakaway the joint creeps in proportion to the effort. The
-file has the stiffest regularisation that MuJoCo allows at the time step of the file.
+file requests the stiffest regularisation that MuJoCo allows at the file's time step.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def time_step(model: Model) -> float:
 
 
 def exported_model(model: Model, without: Collection[str]) -> tuple[Model, list[str]]:
-    """Return the model without the features that are left out in MJCF, and a note on each of them.
+    """Return the model without the features that MJCF omits, and a note on each omitted feature.
 
     Raises NoSolutionError if the model has a feature that MJCF cannot represent and that is not in
     `without`.
@@ -150,7 +150,7 @@ def mjcf_attributes(model: Model) -> list[MjcfAttribute]:
         out.append(MjcfAttribute("joint", "frictionloss", "dof_frictionloss", today.coulomb))
     else:
         static = today.coulomb if today.stribeck_velocity is None else today.breakaway
-        # the velocity has no effect if both levels are equal; MuJoCo requires one above 0
+        # the velocity has no effect if both levels are equal; MuJoCo requires a velocity above 0
         velocity = today.stribeck_velocity or Quantity(1.0)
         out += [
             MjcfAttribute("dcmotor", "lugre 0", "actuator_dynprm.5", contact.stiffness),

@@ -4,7 +4,7 @@
     effort of the log --> frictool, the complete model --> position
 
 Both simulations start at rest at the first measured position, and have no end stops. frictool keeps
-the axis exactly at rest below breakaway; each motion of MuJoCo in this time is creep.
+the axis exactly at rest below breakaway. Each motion of MuJoCo during this rest is creep.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ class MjcfCheck:
     - rms, largest: position of MuJoCo minus position of the model, rad | m
     - measured_rms: rms difference between simulated and measured position, rad | m, for MuJoCo and
       frictool
-    - rest_s: time that the model is at rest [s]
+    - rest_s: time during which the model is at rest [s]
     - creep: distance that MuJoCo moves while the model is at rest, rad | m
-    - hold_speed: speed in MuJoCo under half the Coulomb friction, at which the model is at rest,
-      rad/s | m/s
+    - hold_speed: speed of MuJoCo under an effort of half the Coulomb friction, under which the
+      model stays at rest, rad/s | m/s
     """
 
     axis: str

@@ -123,9 +123,10 @@ def without_features(
 
 
 def left_out_levels(model: Model, *names: str) -> list[str]:
-    """Return a line for each of the parameters `names` (breakaway, offset) that is not exported.
+    """Return a line for each parameter in `names` that the export omits.
 
-    A breakaway equal to the Coulomb friction and an offset of 0 need no export.
+    names: `breakaway`, `offset`, or both. A breakaway equal to the Coulomb friction and an offset
+    of 0 need no line.
     """
     today, unit = model.parameters, si_unit("effort", model.axis)
     lines = []

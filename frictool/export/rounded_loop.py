@@ -3,9 +3,9 @@
 At every vertex, the sampled loop is computed with the rounded coefficients. The loop must be stable
 at every delay of the document from `delay_samples` on, and have the specified modulus margin at
 `delay_samples`. If the document contains the weights of the H-infinity norm, the norm must not
-exceed the norm in the document. The controller at every corner of a schedule is checked with the
-plant of this corner. The rounding of signals is not verified; the golden vectors show its effect
-(golden_vectors.py).
+exceed the norm in the document. At every corner of a schedule, the controller of the corner is
+checked with the plant of the corner. The rounding of signals is not verified; the golden vectors
+show its effect (golden_vectors.py).
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from frictool.errors import FrictoolError
 COMPILER, SIZE, EMULATOR = "arm-none-eabi-gcc", "arm-none-eabi-size", "qemu-system-arm"
 FOLDER = Path(__file__).parent / "target"
 SHIFT = 10  # QEMU runs an instruction in 2^SHIFT ns
-CLOCK_MHZ = 25  # of the timer of mps2-an386
+CLOCK_MHZ = 25  # clock of the timer of the board mps2-an386
 CORE_OPTIONS = ("-mcpu=cortex-m4", "-mthumb")
 FLOAT_OPTIONS = {
     "cortex-m4f": ("-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"),

@@ -19,7 +19,7 @@ from frictool.errors import InputFileError
 from frictool.export.model_features import left_out_levels, without_features
 
 KINDS = {"rotary": ("revolute", "continuous"), "linear": ("prismatic",)}  # types of joints
-CONTAINERS = {"robot", "sdf", "world", "model"}  # elements that contain a joint, as xacro's do
+CONTAINERS = {"robot", "sdf", "world", "model"}  # elements that contain joints, like xacro's
 TAG_END = re.compile(rb"\s*/?>$")
 
 

@@ -1,7 +1,7 @@
 """Wear estimate of a unit at commissioning, and the ratio of later estimates to this estimate.
 
 The wear is the factor between the friction of the unit and the friction of the model. Errors that
-both estimates have in common cancel in the ratio: a wrong actuator constant
+both estimates have in common cancel in the ratio. Examples are a wrong actuator constant
 (wear/constant_error.py), and a factor between the friction of the new unit and the model. The error
 FLOOR of the dependence of friction on position and speed (wear/wear_estimator.py) cancels, too.
 Because FLOOR is part of both intervals, the interval of the ratio is too wide.

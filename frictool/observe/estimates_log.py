@@ -42,7 +42,7 @@ def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, no
         }
     )
     kind = {**made.notes.get(KIND, {}), "kind": "estimated", "model": one.model.name}
-    # if both streams are written in turn, `tee` keeps at most one block in memory
+    # the two streams are written alternately, so that `tee` keeps at most one block in memory
     blocks, other = tee(chain([first], parts))
     streams: list[tuple[StreamHeader, Iterator[SampleBlock]]] = [
         (head(one.model), (part.samples() for part in blocks))

@@ -27,7 +27,7 @@ from frictool.observe.motion_block import MotionBlock
 from frictool.typing import Matrix, Vector
 
 S = TypeVar("S", bound=msgspec.Struct)
-# position of the end stops of an axis that has none, rad | m
+# position [rad | m] that stands for end stops if the axis has none
 NEVER = 1e30
 NONE = EstimateRange(0.0, 0.0, 0.0)
 # relative standard deviation of the friction at one position around a model's friction
@@ -178,7 +178,7 @@ def estimate_starts(
     """Return pairs (index of a sample in the block, wear estimate that applies from this sample).
 
     An estimate applies from the sample after the last sample that it uses. If several estimates
-    start at the same sample, only the last of them is kept.
+    start at the same sample, only the last estimate is kept.
     """
     starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in estimates)]
     pairs = [

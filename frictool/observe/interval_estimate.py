@@ -19,8 +19,8 @@ class EstimateRange:
     def over(self, other: EstimateRange) -> EstimateRange:
         """Return the ratio of this estimate to an independent estimate; both must be positive.
 
-        The relative half width of the result is sqrt(a^2 + b^2) with the relative half widths a and
-        b of both estimates, separately for the lower and the upper end.
+        With the relative half widths a and b of both estimates, the relative half width of the
+        result is sqrt(a^2 + b^2). The lower and the upper end have separate half widths.
         """
         ratio = self.value / other.value
         below = ((self.value - self.low) / self.value) ** 2 + (

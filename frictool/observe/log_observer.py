@@ -97,8 +97,8 @@ class LogObserver:
         replaces the velocity estimator.
 
         Raises LogError if the log cannot be observed (`open_stream`), DocumentError if the observer
-        and the model have different kinds of axis or the observer and the log different sample
-        periods, and FrictoolError if the model has no dry friction.
+        does not fit the model's kind of axis or the log's sample period, and FrictoolError if the
+        model has no dry friction.
         """
         self.name = name or LogName(path.name)
         self.settings = settings

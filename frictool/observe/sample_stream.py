@@ -45,9 +45,9 @@ JITTER = 0.1  # relative deviation from the period above which an interval is a 
 MOST_BROKEN = 0.2  # largest fraction of gaps among the intervals of a uniform clock
 FEWEST = 3  # smallest number of samples of a stream that is observed
 LARGEST = 1e12  # largest absolute value of a signal, SI
-# least number of samples of a block other than the last; each block has a fixed computing time
+# smallest number of samples of a block, except the last; each block costs a fixed computing time
 PIECE_SAMPLES = 1 << 14
-# largest number of samples at the beginning that are compared with the bench
+# largest number of first samples of a log that are compared with the bench
 OPENING_SAMPLES = 1 << 16
 
 
@@ -158,8 +158,8 @@ class SampleStream:
     def _parts(self, samples: SampleBlock, before: int | None) -> Iterator[tuple[int, int, bool]]:
         """Yield (start, end, follows) of each gap-free part of a block of samples.
 
-        `before`: time stamp [ns] of the last sample of the block before, None if there is none.
-        `follows` is True if the part continues that block without a gap.
+        `before`: time stamp [ns] of the last sample of the previous block; None without such a
+        block. `follows` is True if the part continues the previous block without a gap.
         """
         steps = np.diff(samples.time, prepend=samples.time[0] if before is None else before) / NS
         broken = np.abs(steps - self.period) > JITTER * self.period

@@ -9,7 +9,7 @@ import numpy as np
 
 from frictool.typing import Matrix, Vector
 
-MOST = 1200  # least number of columns of a long plot; at most twice as many are in memory
+MOST = 1200  # smallest number of columns of a long plot; at most twice as many are in memory
 
 
 class DecimatedTrace:
@@ -41,7 +41,7 @@ class DecimatedTrace:
             self._halve()
 
     def _halve(self) -> None:
-        """Merge pairs of columns; if their number is odd, the last column is then half full."""
+        """Merge pairs of columns; if the number of columns is odd, the last is then half full."""
         starts = np.arange(0, self._time.size, 2)
         self._held += self._per * (self._time.size % 2 == 0)
         self._time = self._time[starts]

@@ -5,7 +5,7 @@
 
 The zero-phase velocity is the reference from which errors are computed. It needs later samples, and
 is computed in blocks with margins as long as the filter's memory. The comparison favours the
-low-pass, because its cut-off is chosen with knowledge of the whole log.
+low-pass: its cut-off is chosen with knowledge of the whole log.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from frictool.typing import Vector
 ORDER = 4  # order of the Butterworth filter, which runs forwards and backwards
 REMEMBERED = 10.0  # periods of the cut-off frequency after which the response is below 1e-9
 BLOCK = 1 << 14  # number of samples that are compared at a time
-# lowest cut-off [Hz], and number of low-passes; the highest cut-off is that of the mean of two
-# differences
+# lowest cut-off [Hz], and number of low-passes; the highest cut-off equals the cut-off of the mean
+# of two differences
 SLOWEST_HZ = 1.0
 CUTOFFS = 31
 LEAST = 12  # smallest number of gap-free samples that are compared

@@ -1,8 +1,8 @@
 """Verdict on the wear: comparison of the wear with a limit.
 
 If the wear at commissioning is known, the ratio of the wear to the wear at commissioning is
-compared; errors of the actuator's constant cancel in this ratio. The first rule that applies to the
-interval of the estimate decides:
+compared; an error of the actuator's constant cancels in this ratio. The first rule that applies to
+the interval of the estimate decides:
 
     interval                                   exceeded       certain   reason
     no move yet                                undecided      no        only the prior is known

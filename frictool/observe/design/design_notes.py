@@ -146,8 +146,8 @@ def _dear(switched: Switched) -> str:
     if least is None or switched.quiet is not None or switched.gamma <= DEAR * least:
         return ""
     return (
-        f"the error bound gamma is {switched.gamma / least:.3g} times that without a decay: choose "
-        f"a --decay nearer to 1 than {switched.decay:.5g}"
+        f"the error bound gamma is {switched.gamma / least:.3g} times the gamma without a decay: "
+        f"choose a --decay nearer to 1 than {switched.decay:.5g}"
     )
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from frictool.errors import NoSolutionError
 from frictool.typing import Matrix
 
-DOUBLINGS = 60  # most steps of Smith's method
+DOUBLINGS = 60  # largest number of steps of Smith's method
 CONVERGED = 1e-12  # relative change below which Smith's method stops
 
 

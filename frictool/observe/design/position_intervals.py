@@ -84,9 +84,9 @@ def turning_points(friction: FrictionMap, direction: int) -> list[float]:
 
 
 def _where(friction: FrictionMap, direction: int, low: float, high: float, part: float) -> float:
-    """Return the position up to which friction has made a part of its change from `low` to `high`.
+    """Return the position at which friction has made the fraction `part` of its change.
 
-    `part` is this part, 0 to 1.
+    The change runs from the position `low` to the position `high`; `part` is 0 to 1.
     """
     first, last = (float(friction_at(friction, direction, end)) for end in (low, high))
     return float(

@@ -15,7 +15,7 @@ Transitions = Literal["neighbours", "direction"]
 # decay factor of the error in a sample of DECAY_PERIOD [s] or longer; for shorter samples, the time
 # constant of the error stays 0.333 s
 DECAY, DECAY_PERIOD = 0.997, 1e-3
-SLOW = 1.0 / 40.0  # default of Sigma relative to the top speed: 10 rad/s of the clutch's 400 rad/s
+SLOW = 1.0 / 40.0  # default of Sigma relative to the top speed (clutch: 10 rad/s and 400 rad/s)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ the disturbance effort d. The gains L1 to L3 place all three poles of the estima
 
 An error delta_a causes a speed error of about delta_a/w, until the estimate of d compensates
 delta_a. An innovation of one encoder step causes a speed error of about w times `step`. The sum of
-the two errors has a flat minimum at w = sqrt(delta_a/step), where they are equal. A parameter sweep
-gave the values of RATE and CELL, the dead zone in encoder steps (docs/theory/velocity.md).
+the two errors has a flat minimum at w = sqrt(delta_a/step), where both errors are equal. A
+parameter sweep gave the values of RATE and CELL, the dead zone in encoder steps
+(docs/theory/velocity.md).
 """
 
 from __future__ import annotations

@@ -12,10 +12,10 @@ noise, a constant, and the worst Delta, which iterations of the recursion and th
 find.
 
 A rest of the axis needs a separate bound, because the error of the wear alpha stays constant at
-rest (eigenvalue 1). The verification computes the largest growth of e' P e in two cases: from the
-start of a rest of any length to the first sample after the rest, and at a transition between two
-moving modes that is not allowed. The report states how long the axis must then move until e' P e
-has decayed by the same factor.
+rest (eigenvalue 1). The verification computes the largest growth of e' P e in two cases. In the
+first case, the growth is from the start of a rest of any length to the first sample after the rest.
+In the second case, it is the growth at a transition between two moving modes that is not allowed.
+The report states how long the axis must then move until e' P e has decayed by the same factor.
 """
 
 from __future__ import annotations

@@ -5,13 +5,13 @@
     rest     effort - offset - load(x)                             at most breakaway times wear
 
 v is the velocity, x the position, g and q the factors of viscous and dry friction at the
-temperature of the sample, `added` additive wear, and F_gap the friction inside the gap (backlash);
-the numbers are equations of the thesis. In slip, the friction is the model's law times the wear. At
-rest, friction balances the effort. The axis is treated as at rest if the interval of its velocity
-contains 0. An axis with such an interval may nevertheless move. The interval of the friction
-therefore includes the effort that stops a motion within one count. A play operator computes the
-position inside the backlash from the measured position, for three widths of the backlash: nominal,
-least and largest.
+temperature of the sample, `added` additive wear, and F_gap the friction inside the gap (backlash).
+Numbers in brackets are equations of the thesis. In slip, the friction is the model's law times the
+wear. At rest, friction balances the effort. The axis is treated as at rest if the interval of its
+velocity contains 0. An axis with such an interval may nevertheless move. The interval of the
+friction therefore includes the effort that stops a motion within one count. A play operator
+computes the position inside the backlash from the measured position, for three widths of the
+backlash: nominal, least and largest.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
 from frictool.typing import Matrix, Vector
 
-# state from sample to sample: last position, last effort, 1 if the two are known, mean square of
+# state from sample to sample: last position, last effort, 1 if these two are known, mean square of
 # the effort's noise, weight of this mean (0 to 1), position inside the nominal, least and largest
 # backlash
 LAST_X, LAST_EFFORT, KNOWN, NOISE, WEIGHT, GAPS = 0, 1, 2, 3, 4, 5
@@ -90,8 +90,8 @@ def _in_slip(
 ) -> tuple[float, float, float]:
     """Return value, low, high of the friction [N m | N] in slip at position x and velocity v.
 
-    `loose` is the fraction that `_play` returns. The factors of viscous and dry friction are those
-    at the temperature of the sample.
+    `loose` is the fraction that `_play` returns. Both friction factors are valid at the temperature
+    of the sample.
     """
     direction = 1.0 if v > 0.0 else -1.0
     speed = abs(v)
@@ -160,8 +160,8 @@ def friction_along(
       backlash [N m | N], the columns are value, low and high
     - swing: inertia divided by two counts; swing v^2 is the effort that stops the axis within one
       count
-    - factors: (3, 3); the rows are wear forward, wear backward and added friction, the columns are
-      those of `gap`
+    - factors: (3, 3); the rows are wear forward, wear backward and added friction, the columns
+      value, low and high
     - zones: (k, 5), one row for each zone; the columns are start and end [rad | m], then value, low
       and high of the wear
     - quantile: quantile of the normal distribution for the intervals

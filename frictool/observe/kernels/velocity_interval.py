@@ -15,8 +15,8 @@
     r          peak of the observed error, for example after an impact; r decays as fast as the
                observer's error
 
-h and the observed error times G_a are two estimates of the same velocity error; the larger estimate
-is used. ROUNDED and the factor 1.2 are explained in docs/theory/velocity.md.
+h and G_a times the observed error are two estimates of one velocity error; the larger estimate is
+used. ROUNDED and the factor 1.2 are explained in docs/theory/velocity.md.
 """
 
 from __future__ import annotations

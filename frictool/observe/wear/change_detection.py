@@ -4,8 +4,8 @@ Let e be the innovation b - A m of a move, with covariance S = r A + A P A (A, b
 filter_bank.py). Let h = A[:, w] be the effect of a unit step of parameter w on e. The
 maximum-likelihood step is delta = h'S^-1 e / h'S^-1 h. Without a change, delta is normal with the
 standard deviation (h'S^-1 h)^-1/2, because the innovations are white. To detect a drift that no
-single move shows, numerators and denominators of successive moves are summed: for each q in
-MEMORIES, a move that is j moves old has the weight q^j.
+single move shows, numerators and denominators of successive moves are summed. There is one sum for
+each q in MEMORIES, in which a move that is j moves old has the weight q^j.
 
 A change of one parameter resembles changes of others. Only the most likely change is therefore
 reported. The log prior of a change of the wear exceeds the log prior of other changes by FAVOUR.
@@ -17,7 +17,7 @@ import numpy as np
 
 from frictool.typing import Vector
 
-MEMORIES = np.array([0.0, 0.8, 0.95])  # weight of a move relative to the next move
+MEMORIES = np.array([0.0, 0.8, 0.95])  # weight of a move divided by the weight of the next move
 SURPRISE = 4.0  # standard deviations above which a step is a change
 FAVOUR = 6.0  # log of the prior odds of a change of the wear against a change of another parameter
 EXPLAINED = 2.0  # size of a change, in standard deviations of the random step that explains it

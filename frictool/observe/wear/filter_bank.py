@@ -6,8 +6,9 @@
 
 m and P are mean and covariance of a filter's parameters, in units of their prior standard
 deviations. A = C'C and b = C' effort with the rows C of the move. The rows overlap, so that their
-errors are correlated. r is the variance of a row's residual, estimated from the moves, times
-`inflation`, the number of overlapping rows that are as precise as one independent row.
+errors are correlated. r is the variance of a row's residual, estimated from the moves and
+multiplied by `inflation`. This factor is the number of overlapping rows that are as precise as one
+independent row.
 
 If all moves are alike, a slope of friction over speed that the model does not include looks like
 wear. If the friction of the axis has such a slope, a filter without this slope is biased; a filter
@@ -33,12 +34,12 @@ BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # log prior probability of each slop
 UNMODELLED = tuple(UnmodelledFriction(slope, 0.5 * slope, 0.3 * slope) for slope in SLOPES)
 EVIDENCE = 0.5  # weight of a move's log evidence
 MEMORY = 50.0  # moves, time constant of forgetting the evidence
-RESTLESS = 0.5  # factor on an enlarged random step from one move to the next
-PRIOR_ROWS = 20.0  # number of rows that has the same weight as the prior variance
+RESTLESS = 0.5  # factor by which an enlarged random step decays per move
+PRIOR_ROWS = 20.0  # weight of the prior variance, in rows
 # a move's variance is used if it exceeds the known variance by this number of standard deviations
 NOISIER = 5.0
 PASSES = 3  # iterations for a move's noise
-UNSPENT = 0.25  # least degrees of freedom of a move's residual, relative to the number of rows
+UNSPENT = 0.25  # smallest number of degrees of freedom of a move's residual, per row
 MEMORY_ROWS = 5000.0  # number of rows that determine the variance; older rows fade
 
 
@@ -172,8 +173,8 @@ class FilterBank:
         """Return the noise variance r for a move [(N m)^2 | N^2].
 
         r is the variance learned so far. If the residual of the move is significantly larger, r
-        includes this residual: a noisy first move must not have the weight that follows from the
-        prior variance. `left` contains the squared residuals of the present filters, (k,).
+        includes this residual. Otherwise a noisy first move would have the weight that follows from
+        the prior variance. `left` contains the squared residuals of the present filters, (k,).
         """
         known = noise = self.noise
         # fitted without earlier moves, because a changed parameter is not noise

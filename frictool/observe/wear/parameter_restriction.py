@@ -10,7 +10,7 @@ parameter.
 Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
 the zone z; wear, wear_d, wear_z and added are parameters. Every kind also has these parameters: the
 inertia, the viscous friction with its bends (changes of the slope over speed), and an offset of the
-effort, for example of a current sensor, with level_d = d offset.
+effort with level_d = d offset. A current sensor, for example, may have an offset.
 
 The prior is wide for parameters that differ between actuators or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds friction that depends on speed and is not in the
@@ -119,7 +119,7 @@ def restriction(
 
 
 def dry_columns(layout: WeakFormLayout, side: str | None = None, zone: int | None = None) -> Vector:
-    """Return a vector (p,) with 1 at the columns of the dry friction, and 0 at the others.
+    """Return a vector (p,) with 1 at the columns of the dry friction, and 0 at the other columns.
 
     - side: `forward` or `backward`; None for both directions
     - zone: index of a zone of the travel; None for all zones

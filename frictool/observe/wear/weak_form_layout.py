@@ -51,14 +51,14 @@ NOISE_SHARE = 0.007
 PER_WINDOW = 8  # number of rows that begin within one window
 # time on each side of a sample from which its speed is computed, relative to the window
 SLOPE_SHARE = 0.2
-COUNTS = 2.0 - 1e-6  # counts that must pass in this time; a little below 2 because of rounding
+COUNTS = 2.0 - 1e-6  # counts that must pass in the time SLOPE_SHARE; below 2 because of rounding
 SLOWEST = 0.02  # speed relative to the top speed, below which a sample is not used
 KNEES = (0.6, 0.8, 1.0, 1.2)  # possible bends of the friction, relative to the model's first knee
 # possible bends relative to the top speed, for a model without a knee
 FREE_KNEES = (0.4, 0.55, 0.7, 0.85)
 GAP_SPREAD = 1.3  # widest backlash relative to the bench's value, if the bench has no range
 ZONES = 6  # number of zones, if the bench or the friction map has a travel
-LEAST_FRICTION = 1e-9  # least dry friction relative to the effort at the drive's limit
+LEAST_FRICTION = 1e-9  # smallest dry friction relative to the effort at the drive's limit
 
 
 @dataclass(frozen=True)

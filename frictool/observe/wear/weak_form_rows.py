@@ -101,7 +101,7 @@ def remember(
     """Write bends and friction of a sample into the ring buffer.
 
     The values are written to the columns `index` and `index` + window, so that each window is
-    contiguous. The factors of viscous and dry friction are those at the temperature of the sample.
+    contiguous. The factors of viscous and dry friction are valid at the temperature of the sample.
     `ring` is the ring buffer (h + z, 2 window): the first h rows are bends, the other z rows are
     zones. The row of the zone of x [rad | m] gets the friction at x [N m | N], the other zones get
     0.

@@ -10,9 +10,9 @@ enlarged until it explains these moves: the wear has grown faster, or has jumped
 
 The variance of the interval is the sum of four terms: the variance of the filters, the square of
 the lag behind a growing wear, the square of FLOOR times the wear, and the variance of the dry
-friction at the mean temperature of the moves (0 if the model's friction does not depend on the
-temperature). FLOOR is a relative error that more moves do not reduce: the model's dependence of
-friction on position and speed is not exact, and the rows are approximations.
+friction at the mean temperature of the moves. The last term is 0 if the model's friction does not
+depend on the temperature. FLOOR is a relative error that more moves do not reduce: the model's
+dependence of friction on position and speed is not exact, and the rows are approximations.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ def apart(one: EstimateRange, other: EstimateRange) -> bool:
 def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
     """Return the estimate `alike` of uniform wear, extended by the kind of wear of `verdict`.
 
-    If the kind is not uniform wear, mean wear and inertia are those of `verdict`.
+    If the kind is not uniform wear, mean wear and inertia are taken from `verdict`.
     """
     if verdict.kind not in ALIKE:
         sided = replace(
@@ -214,9 +214,9 @@ def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
 def prior(model: Model) -> EstimateRange:
     """Return the prior of the wear: 1, with an interval.
 
-    The interval is the range of the Coulomb friction in bench.yaml over the product's life. If
-    there is no range, it is the interval of the model, which does not include wear after the
-    identification.
+    The interval is the range of the Coulomb friction in bench.yaml, divided by its value. This
+    range covers the product's life. Without a range, the interval of the model is used; it does not
+    include wear after the identification.
     """
     for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval

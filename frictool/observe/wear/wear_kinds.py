@@ -11,17 +11,17 @@ Here dry_d,z and level_d are coefficients of weak_form_layout.py for the directi
 the zone z; w, w_d and w_z are factors of wear, and a is an added friction. parameter_restriction.py
 and filter_bank.py define the prior of the other parameters (docs/theory/wear_kinds.md). Each
 dry_d,z has the additional standard deviation ROUGH, the usual accuracy of a model's
-position-dependent friction. In the prior, a common factor of all coefficients stands for the error
-of the actuator's constant, so that a wrong constant does not look like wear.
+position-dependent friction. The prior contains a common factor of all coefficients for the error of
+the actuator's constant. A wrong constant therefore does not look like wear.
 
 The evidence of a kind (bayesian_evidence.py) is the probability density of the data, integrated
-over the parameters. A kind of wear is reported if its log evidence exceeds that of `none` by
-CERTAIN. If the log evidence of several kinds is within ALIKE of the largest, the first of them in
-KINDS is reported. Intervals include the deviation ROUGH, but not the error of the actuator's
-constant (constant_error.py).
+over the parameters. A kind of wear is reported if its log evidence exceeds the log evidence of
+`none` by CERTAIN. If the log evidence of several kinds is within ALIKE of the largest, the first of
+these kinds in KINDS is reported. Intervals include the deviation ROUGH, but not the error of the
+actuator's constant (constant_error.py).
 
 The weight of a move decays within the next MEMORY moves. The last moves (at most RECENT) are
-compared with the earlier ones. If the evidence is larger with separate friction levels for the two
+compared with the earlier moves. If the evidence is larger with separate friction levels for the two
 groups, the earlier moves are forgotten.
 """
 
@@ -65,12 +65,12 @@ MEMORY = 60.0  # moves, time constant of the weights
 FEWEST = 2  # fewest moves for a classification
 # largest standard deviation of a reported wear, from the moves alone, relative to WEAR
 SEEN = 0.2
-LEFT = 0.25  # least degrees of freedom of a residual, relative to the number of rows
+LEFT = 0.25  # smallest number of degrees of freedom of a residual, per row
 UNEVEN = 0.08  # standard deviation of the wear within a zone, relative to its range over the zones
 LOOSE = -1  # index of the widest prior of friction over speed
 PASSES = 3  # iterations for the variance
-FIRST = 16  # number of first moves after each of which the classification is updated
-RECENT = 8  # moves between later classifications; most moves that are searched for a change
+FIRST = 16  # number of first moves; the classification is updated after each of them
+RECENT = 8  # moves between later updates; number of last moves that are searched for a change
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | Non
             part = span * _mean_friction(layout, name, zone)
             weights[layout.names.index(f"dry_{name}_{zone}")] = part
             whole += part
-    # half the sum of the two levels is friction, half their difference an offset
+    # half the sum of both levels is friction, half their difference is an offset
     each = 0.5 * len(sides) * sum(spans.values())
     levels = level_columns(layout, each, each)
     return np.asarray((weights + levels) / whole)
