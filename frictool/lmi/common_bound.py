@@ -29,7 +29,7 @@ from frictool.lmi.state_balancing import osborne
 from frictool.plant.lti import Lti
 from frictool.typing import Matrix
 
-PASSES = 3  # balancing passes, each in coordinates in which the last P is the unit matrix
+PASSES = 3  # balancing passes; the coordinates of each pass make the last P the unit matrix
 
 
 def common_bound(loops: Sequence[Lti]) -> float:

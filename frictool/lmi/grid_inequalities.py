@@ -93,7 +93,7 @@ class GridInequalities:
 
     cells: plants of each grid point. bases: monomials of X and of Y. motions: corners of the rates
     of the parameters. Decision vectors begin with the upper triangles of the coefficients of
-    X/gamma, followed by those of Y/gamma.
+    X/gamma, followed by the upper triangles of the coefficients of Y/gamma.
     """
 
     def __init__(
@@ -199,10 +199,11 @@ class GridInequalities:
         """Return pairs (w1, w2) of weights of the coefficients X_k of X (block 0) or Y (block 1).
 
         There is one pair for each distinct corner of the rates of r. The inequality contains two
-        linear combinations of the coefficients: sum w1_k X_k, which is multiplied by matrices of
-        the plant, and the matrix v = sum w2_k X_k of the separate term e v e'
+        linear combinations of the coefficients. Matrices of the plant multiply the first, sum w1_k
+        X_k. The second, v = sum w2_k X_k, is part of the separate term e v e'
         (lmi/bounded_real.py). In continuous time, v is the derivative of X, or minus the derivative
-        of Y. In discrete time, w1 and w2 belong to the two ends of a step.
+        of Y. In discrete time, w1 and w2 belong to the start and the end of a step for X, and to
+        the end and the start for Y.
         """
         basis = self.bases[block]
         pairs = []

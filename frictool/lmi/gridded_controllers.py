@@ -33,10 +33,8 @@ from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
 from frictool.typing import Matrix
 
-WEIGHTS = (
-    0.0,
-    *np.geomspace(1.0, 1e-10, 21).tolist(),
-)  # e in balanced coordinates; zero if both ranks are full
+# tried values of e in balanced coordinates; 0 only if D12 and D21 have full rank
+WEIGHTS = (0.0, *np.geomspace(1.0, 1e-10, 21).tolist())
 FULL = 1e-6  # smallest singular value of D12 and D21 with full rank, relative to gamma
 
 
@@ -165,8 +163,8 @@ def certified_gamma(
     """Return the smallest norm bound gamma that P(r) of `lyapunov` proves at r = `values`, or inf.
 
     The proof is valid for all allowed rates of the parameters. The controller must have the state
-    coordinates of the scheduled controllers. A barycentric sum of the scheduled controllers (5.64)
-    is also allowed; the synthesis alone guarantees nothing for such a sum.
+    coordinates of the scheduled controllers. It may be a barycentric sum of the scheduled
+    controllers (5.64), for which the synthesis alone guarantees nothing.
     """
     states = scipy.linalg.block_diag(solution.t, np.eye(controller.order))
     loop = plant.closed(controller).transformed(states)

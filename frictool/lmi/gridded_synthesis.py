@@ -6,10 +6,10 @@ scheduled parameters r. Each r_j is in [-1, 1] and varies at a bounded rate
 of the thesis; if the grid has a single point, the problem is LTI.
 
 A grid proves nothing between its points. After each solution the inequalities are evaluated on a
-finer grid with an offset, and the points at which the inequalities fail join the grid. This is
-evidence, not a proof for every r. The controller at each r is therefore verified by the norms of
-its closed loops. A grid point may have several plants (vertices of parameters on which X and Y do
-not depend). The inequalities then hold for every plant in the convex hull of these plants.
+finer grid with an offset, and the points at which the inequalities fail join the grid. The finer
+grid gives evidence, not a proof for every r. The controller at each r is therefore verified by the
+norms of its closed loops. A grid point may have several plants (vertices of parameters on which X
+and Y do not depend). The inequalities then hold for every plant in the convex hull of these plants.
 """
 
 from __future__ import annotations
@@ -45,14 +45,10 @@ Family = Callable[[Values], Sequence[GeneralisedPlant]]
 PASSES = 6  # largest number of balancing passes
 ROUNDS = 12  # largest number of grid refinements
 JOINING = 4  # largest number of failing points that join the grid in each refinement
-FINER = (
-    1,
-    16,
-    8,
-    4,
-)  # intervals of the finer grid per interval of the first, for 0, 1, 2, 3 and more parameters
-# the finer grid is evaluated at recentring to this power times the smallest gamma; this leaves a
-# reserve between the points
+# intervals of the finer grid per interval of the first grid, for 0, 1, 2, and 3 or more parameters
+FINER = (1, 16, 8, 4)
+# the finer grid is evaluated at gamma = (smallest gamma) recentring^INSIDE, which leaves a reserve
+# between the points
 INSIDE = 0.75
 
 
@@ -153,7 +149,7 @@ class _GridSearch:
         refuse_fixed_modes([plant.transformed(self.t) for plant in framed], self.frame)
         speeds = [
             rate if self.frame.disc else rate * self.frame.scale for rate in schedule.rates
-        ]  # in the frame's unit of time
+        ]  # rates in the frame's unit of time
         on = tuple(j for j, speed in enumerate(speeds) if np.isfinite(speed))
         self.bases = (
             ParameterBasis(schedule.degrees[0], on),

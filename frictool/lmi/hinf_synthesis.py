@@ -4,10 +4,10 @@
                           matrices R and S that all plants share (X and Y in (5.61))
     controller            computes the central controller of one plant, with these R and S
     vertex_controllers    computes one controller per vertex, all in the same state coordinates;
-                          the inequalities guarantee gamma for each barycentric sum of them (5.64)
+                          the inequalities guarantee gamma for each barycentric sum (5.64)
 
 The plants are in continuous or discrete time. The solver's result is reliable only for a
-well-conditioned problem, whatever status the solver reports. Therefore the problem is solved
+well-conditioned problem, even if the solver reports success. Therefore the problem is solved
 several times. Each solution changes the coordinates and the scale of the next problem, so that R
 and S become nearly equal and diagonal, and gamma nearly one. Then two more problems are solved at
 a gamma slightly above the optimum. The first minimises trace(R + S). The second limits this trace
@@ -54,12 +54,12 @@ __all__ = [
 ]
 
 PASSES = 8  # largest number of balancing passes
-DIVERGED = 1e3  # ratio of gamma to that of the previous pass above which the problem diverges
+DIVERGED = 1e3  # ratio of gamma to the last pass's gamma above which the problem diverges
 SETTLED = 1e-3  # relative change of gamma below which the passes end, if the inequalities hold
 INFEASIBLE = frozenset(
     {"PrimalInfeasible", "DualInfeasible", "AlmostPrimalInfeasible", "AlmostDualInfeasible"}
 )
-SMALLEST_INVERSE = 1e-8  # 1/gamma that is zero to the solver's precision
+SMALLEST_INVERSE = 1e-8  # 1/gamma that counts as zero, given the solver's precision
 NO_GAMMA = (
     "no finite gamma: no controllers satisfy the matrix inequalities of all plants with one "
     "Lyapunov matrix, to working precision; "
@@ -68,9 +68,9 @@ NO_GAMMA = (
 RELAX = "reduce the ratio of the largest to the smallest weight, or relax the weights"
 # margin of the inequalities for gamma near one, larger than the solver's own tolerance
 STRICT = 1e-6
-# weights on every state that make the solutions of Riccati equations strict: the largest is best
+# tried weights on every state, which make Riccati solutions strict; the largest usable one is kept
 STATE_WEIGHTS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
-TRACE_SLACK = 1.5  # limit of trace(R + S) in the recentring, relative to the smallest one
+TRACE_SLACK = 1.5  # limit of trace(R + S) in the recentring, relative to its minimum
 
 
 @dataclass(frozen=True)
@@ -196,8 +196,8 @@ def vertex_controllers(
 ) -> tuple[Lti, ...]:
     """Return a controller for each plant, all in the same state coordinates.
 
-    A convex combination of the plants forms, with the same combination of the controllers, a loop
-    with a norm of at most `ease` times gamma (thesis 5.46, 5.64).
+    The loop of a convex combination of the plants with the same combination of the controllers has
+    a norm of at most `ease` times gamma (thesis 5.46, 5.64).
     """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 

@@ -2,8 +2,8 @@
 
 The lemma replaces the optimisation of the controller in thesis (5.62)-(5.63). With
 P = [S, -G; -G, G] and G = S - R^-1, the bounded-real lemma in discrete time becomes
-|Phi + U K V| < 1, in which K contains the controller's matrices. This is Parrott's problem. Its
-central solution is explicit (Davis, Kahan and Weinberger, 1982).
+|Phi + U K V| < 1; K contains the controller's matrices. This is Parrott's problem. Its central
+solution is explicit (Davis, Kahan and Weinberger, 1982).
 
 A continuous plant is first made discrete (Cayley transform): the same P solves both bounded-real
 inequalities. D12 = 0 and D21 = 0 are allowed; the formula fails only if [R I; I S] is singular.
@@ -23,11 +23,8 @@ from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
 from frictool.typing import Matrix
 
-CAYLEY_STEPS = (
-    1.0,
-    0.7,
-    0.5,
-)  # times the frame's unit of time; at least one is far from every pole in the right half-plane
+# tried steps h in the frame's unit of time; for at least one step, 1/h is far from unstable poles
+CAYLEY_STEPS = (1.0, 0.7, 0.5)
 
 
 def central(plant: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float) -> Lti:
@@ -107,7 +104,7 @@ def _discrete(
     )
     v = np.block([[zero((n, n)), np.eye(n), zero((n, n_w))], [p.c2, zero((n_y, n)), p.d21]]) @ right
     k = parrott(phi, u, v)
-    # k was computed for the measurement without d22 u: u = k (y - d22 u), solved for u
+    # k was computed for the measurement y - d22 u: solve u = k (y - d22 u) for u
     direct = np.linalg.inv(np.eye(n_u) + k[n:, n:] @ d22)
     c, d = direct @ k[n:, :n], direct @ k[n:, n:]
     return Lti(k[:n, :n] - k[:n, n:] @ d22 @ c, k[:n, n:] - k[:n, n:] @ d22 @ d, c, d, period)

@@ -18,7 +18,7 @@ G_i' Q_i:
 
 (J. Daafouz, P. Riedinger, C. Iung, IEEE TAC 47, 2002). With G_i = P_i the inequality is (6.6), in
 which lemma 6.2.1 requires P_j < 2 P_i for every switch. If the wear alpha acts in opposite
-directions in two successive modes, that requirement excludes a fast estimate of alpha.
+directions in two successive modes, this requirement excludes a fast estimate of alpha.
 
 gamma* is a result of the solver. With the computed gains and P_i, the bounds `factor` times gamma*
 and nu are checked by (6.9).

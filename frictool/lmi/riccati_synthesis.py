@@ -27,10 +27,10 @@ import scipy
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.typing import Matrix
 
-FULL_RANK = 1e-6  # least singular value of D12 and D21, relative to the largest entry of D
+FULL_RANK = 1e-6  # smallest singular value of D12 and D21, relative to the largest entry of D
 PRECISION = 1e-5  # relative precision of the smallest gamma
 SYMMETRIC, SEMIDEFINITE = 1e-5, 1e-7  # errors of X, relative to its largest entry
-FIRST, FACTOR, LARGEST = 1.0, 4.0, 1e6  # first and largest gamma tried, and the factor between
+FIRST, FACTOR, LARGEST = 1.0, 4.0, 1e6  # first gamma tried, factor to the next gamma, largest gamma
 
 
 def smallest_gamma(plant: GeneralisedPlant) -> float | None:
@@ -156,7 +156,7 @@ def _stabilising(
     v = d.T @ d
     v[:n_w, :n_w] -= gamma**2 * np.eye(n_w)
     if np.count_nonzero(np.linalg.eigvalsh(v) > 0.0) != b.shape[1] - n_w:
-        return None  # gamma is below the part of D11 that no controller reaches
+        return None  # gamma is below the norm of the part of D11 that no controller changes
     direct = np.linalg.solve(v, np.hstack([d.T @ c, b.T]))
     hamiltonian = np.block([[a, np.zeros((n, n))], [-c.T @ c, -a.T]])
     hamiltonian -= np.vstack([b, -c.T @ d]) @ direct

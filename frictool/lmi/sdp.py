@@ -19,7 +19,7 @@ from frictool.typing import Matrix, Vector
 
 Affine = Callable[[Matrix], Matrix]  # decision vectors (k, count) -> symmetric matrices (k, m, m)
 
-TOLERANCE = 1e-7  # relative to a constraint's own scale
+TOLERANCE = 1e-7  # tolerance relative to the scale of a constraint
 
 
 @dataclass(frozen=True)

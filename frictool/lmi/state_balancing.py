@@ -10,7 +10,7 @@ import scipy
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.typing import Matrix
 
-SMALLEST = 1e-12  # smallest eigenvalue of R and S that balancing uses, relative to their largest
+SMALLEST = 1e-12  # smallest eigenvalue of R and S that balancing uses, relative to the largest
 
 
 def even_out(plants: Sequence[GeneralisedPlant], sweeps: int = 20) -> Matrix:

@@ -7,8 +7,8 @@ Theorem 6.2.1 of the thesis gives the bound. The estimation error e at sample k,
 A_i, C_i and Q_i are matrices of the model (`ObserverMode`), L_i the gains, Delta the model error,
 and z the weighted error.
 
-The inequalities for every allowed switch from mode i at k to mode j at k+1 are, with P_i > 0, V_i =
-L_i' P_i and the requested decay lambda (in the printed (6.6), lambda = 1):
+Let P_i > 0, V_i = L_i' P_i, and lambda be the requested decay (in the printed (6.6), lambda = 1).
+For every allowed switch from mode i at k to mode j at k+1, the inequality is
 
     [-lambda^2 P_i + C-bar_i' C-bar_i   0            A_i' P_i - C_i' V_i]
     [ *                                 -gamma^2 I   Q_i' P_i           ]  <  0    (6.6)
@@ -39,7 +39,7 @@ from frictool.typing import Matrix
 
 Switches = Sequence[tuple[int, int]]
 PASSES = 2  # balancing passes
-# gamma of the chosen gains relative to the smallest one, which keeps them off the limit
+# gamma of the chosen gains relative to the smallest gamma; the gains thus stay off the limit
 ROOM, MOST_ROOM = 1.005, 1.008
 ORIGINAL_UNITS_WEIGHT = 1e-3  # weight of the original units in the choice of units
 # relative smallest singular value of [A - z; C] below which the mode at z is not observable

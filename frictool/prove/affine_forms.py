@@ -30,9 +30,9 @@ class Forms(NamedTuple):
     """Table of affine forms (module docstring), one per row.
 
     center (n,), gen (n, generators), error (n,): as in the module docstring. extent (n,): number of
-    columns of `gen` that belong to a row; the others count as 0. spread (n,): sum of the magnitudes
-    of the generators and the error of a row; each operation updates it. low, high (n,): additional
-    bounds of the values. size (1,): number of generators in use.
+    columns of `gen` that belong to a row; the other columns count as 0. spread (n,): sum of the
+    magnitudes of the generators and the error of a row; each operation updates it. low, high (n,):
+    additional bounds of the values. size (1,): number of generators in use.
     """
 
     center: Vector
@@ -83,7 +83,7 @@ def copy_forms(f: Forms, whole: bool = False) -> Forms:
 def measure(f: Forms, rows: IntVector) -> None:
     """Compute the spreads of `rows` again, after a change of their generators or errors.
 
-    Kernels update the spreads; other code must call this function.
+    Kernels update the spreads; all other code must call this function after such a change.
     """
     used = np.arange(f.size[0]) < f.extent[rows, None]
     f.spread[rows] = np.abs(np.where(used, f.gen[rows, : f.size[0]], 0.0)).sum(axis=1)
@@ -245,7 +245,7 @@ def add_generator(f: Forms, a: int, half: float) -> None:
 
 @part_kernel
 def reduce_forms(f: Forms, rows: IntVector, fixed: int, keep: int, score: Vector) -> None:
-    """Keep the `keep` largest generators of the given rows; add the others to the rows' errors.
+    """Keep the `keep` largest generators of the given rows; add the other ones to the rows' errors.
 
     The first `fixed` generators are always kept. `score` (generators,) is scratch memory.
     """

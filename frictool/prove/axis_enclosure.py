@@ -6,15 +6,15 @@ with the speed w = s v >= 0, the drive i, and a constant command u, the system
     drive i' = (u - i)/lag,        w' = s (K i - offset)/J - viscous w/J - friction/J
 
 is linear (K: drive constant, J: inertia). The Taylor series of its solution is summed with interval
-coefficients, and `_tail` bounds the remainder. The displacement since the start does not depend on
-the initial position, since neither friction nor load depends on the position: the same enclosure is
-valid for every position within an encoder count.
+coefficients, and `_tail` bounds the remainder. Neither friction nor load depends on the position,
+so that the displacement since the start does not depend on the initial position. One enclosure is
+therefore valid for every position within an encoder count.
 
 The integration takes steps that provably contain no event, until at most EVENT seconds remain
 before the next event. The bounds over these EVENT seconds contain every possible motion. If it is
 uncertain whether a stop happens before or after the end of the sample, the result consists of two
-sets of states: one after the stop, one of an axis that still moves. If the enclosure cannot decide
-which event follows, `Ambiguous` is raised, and nothing is proved.
+sets of states: the states after the stop, and the states of an axis that still moves. If the
+enclosure cannot decide which event follows, `Ambiguous` is raised, and nothing is proved.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ EVENT = 1e-9  # s, time around an event that is enclosed as a whole
 TERMS = 14  # terms of the Taylor series
 STEEPEST = 0.5  # largest product of a step and a rate; a longer step is divided
 SLACK = 1e-12  # relative margin of bounds that are computed without outward rounding
-MOST_STEPS = 400  # steps of one sample
+MOST_STEPS = 400  # largest number of steps within one sample
 
 
 class Ambiguous(Exception):
@@ -126,9 +126,9 @@ def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> tu
 def thresholds(state: AxisSet, p: PlantBox) -> tuple[RoundedInterval, RoundedInterval]:
     """Return the breakaway [N m | N] in the positive and in the negative direction.
 
-    Without backlash, both values are the breakaway of the axis. With backlash, a direction in which
-    the motor pushes the load has the breakaway of the axis, any other direction the breakaway of
-    the motor alone.
+    Without backlash, both values are the breakaway of the axis. With backlash, the breakaway in a
+    direction is the breakaway of the axis if the motor pushes the load in this direction, else the
+    breakaway of the motor alone.
     """
     return (
         p.breakaway if _carries(state, p, 1) else p.gap_breakaway,
@@ -433,9 +433,9 @@ def _tail(size: float, beta: float, step: float) -> float:
 def _stopped(state: AxisSet, command: float, p: PlantBox, left: float, fastest: float) -> _Ends:
     """Return the sets of states after a stop, each with the time [s] after which it is valid.
 
-    The stop happens within the highest speed divided by |`fastest`|, the smallest deceleration. If
-    this time exceeds `left` [s], the axis may still move after `left`; a second set contains these
-    states.
+    The stop happens within the time (highest speed)/|`fastest`|; |`fastest`| is the smallest
+    deceleration. If this time exceeds `left` [s], the axis may still move after `left`; a second
+    set contains these states.
     """
     sign = state.direction
     high = state.speed.magnitude

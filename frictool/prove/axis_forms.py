@@ -5,11 +5,10 @@ Divided by the inertia, the axis depends on four ratios only, which are constant
     v' = ratio i - friction - viscous v - offset,    ratio = K/J, friction = F/J, viscous = sigma/J
 
 The drive i approaches the command with the drive's lag. Inside the backlash, the friction is
-`gap_share` times that of the axis, and there is no viscous friction.
+`gap_share` times the friction of the axis, without viscous friction.
 
-**Known direction.** While the speed has one sign for certain and the contact with the load is
-known, the friction is known: the new forms follow from the solution of the linear differential
-equation.
+**Known direction.** If the sign of the speed and the contact with the load are certain, the
+friction is known. The new forms then follow from the solution of the linear differential equation.
 
 **Unknown direction.** Let T be the sample period, e the mean acceleration by drive and load during
 the sample, and r = v(T) - s (v(0) + T e) with a factor 0 < s <= 1. With the mean friction
@@ -20,9 +19,9 @@ acceleration f of the sample, v(T) = v(0) + T (e + f), and therefore
 Friction opposes the motion and is bounded: f >= -P and f <= Q. If v(T) > 0, let t0 be the last time
 with v <= 0. Then v(T) <= (E - F1)(T - t0), where E is the largest acceleration and F1 the least
 friction, and T f <= t0 Q - (T - t0) F1. Both bounds are linear in t0. Hence r / s <= T Q if kappa b
-<= T (Q + F1) for a bound b of the speed, and similarly r / s >= -T P. The largest such kappa is
-used. This is the enclosure of a dead zone: friction multiplies the speed change by drive and the
-initial speed by the factor s, with an error of half of s T (P + Q).
+<= T (Q + F1) for a bound b of the speed, and similarly r / s >= -T P. The largest kappa that
+satisfies this condition is used. The result is the enclosure of a dead zone: friction multiplies
+v(0) + T e by the factor s, with an error of half of s T (P + Q).
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ from frictool.prove.affine_forms import (
 from frictool.runtime.kernels import kernel, part_kernel
 from frictool.typing import Vector
 
-# rows of the axis, behind those of the controller
+# rows of the axis, behind the rows of the controller
 (
     Y,
     V,
@@ -85,7 +84,7 @@ ROWS = 23
     READING_COLUMN,
 ) = range(6)
 FIXED = 6
-NEGLIGIBLE = 1e-9  # share of a radius below which an error stays an error
+NEGLIGIBLE = 1e-9  # share of a radius below which an error does not become a generator
 WORTH = 0.7  # relative width below which a clipped speed replaces its form
 # contact with the load: unknown; inside the backlash; pushing forwards or backwards; the load's
 # contact is in front of (behind) the axis and the opposite contact out of reach

@@ -9,9 +9,9 @@ upper half. K/J and F/J are halved at their geometric mean, sigma/J at its arith
 
 A hold is an interval of time with a constant reference. A cell is proved if every hold of the
 scenario is proved from every position at which the previous hold may end. In a proved hold, the
-position stays within the overshoot, stays near its final value from the required response time on,
-and ends within the static error and inside the rest band of the controller, where the drive then
-stays 0. box_tube.py computes the enclosure of the motion, called a tube.
+position stays within the overshoot, and near its final value from the required response time on. It
+ends within the static error and inside the rest band of the controller, where the drive then stays
+0. box_tube.py computes the enclosure of the motion, called a tube.
 """
 
 from __future__ import annotations
@@ -60,13 +60,13 @@ from frictool.workers.job_sharing import share
 
 BOX_KEYS = ("response_time_95_s", "overshoot_percent", "static_error", "rest")
 LETTERS = "cfv"
-TAIL = 0.1001  # share of a hold, at its end, in which the axis has to rest
-FIRST_SIZE = (0.013, 0.042, 8.8)  # of the first cells: relative, relative, 1/s
+TAIL = 0.1001  # share of a hold, at the end of the hold, in which the axis must rest
+FIRST_SIZE = (0.013, 0.042, 8.8)  # size of the first cells: K/J and F/J relative, sigma/J in 1/s
 SMALLEST_PART = 2.0  # encoder counts: intervals of starts are not divided further
-WIDEST_PART = 1.5  # rad | m: longest interval of starts of one tube
-# least number of samples before a pause; the prefilter may leave the settled range earlier
+WIDEST_PART = 1.5  # longest interval of starts of one tube [rad | m]
+# smallest number of samples before a pause; the prefilter may leave the settled range earlier
 FIRST_PAUSE = 20
-SLACK = 1e-7  # rad | m
+SLACK = 1e-7  # margin of the compared positions [rad | m] and times [s]
 ROUND_SIZE = 500  # cells of the search between two estimates of the expected gain
 Ends = tuple[float, float]
 Box = dict[str, Ends]
@@ -79,8 +79,8 @@ class HoldGoal:
     plan: reference and times of the hold. values: values of the controller program's nodes before
     the hold. origin, target: reference before and during the hold. overshoot, static, response:
     limits of the overshoot, the static error and the distance from the final value after the
-    response time [rad | m], infinite if not required. still: latest time at which the axis must be
-    at rest, from the beginning of the hold [s].
+    response time [rad | m], infinite if not required. still: latest time at which the axis must
+    come to rest, measured from the beginning of the hold [s].
     """
 
     plan: StepPlan
@@ -137,7 +137,7 @@ def box_test(model: Model, controller: Controller, scenario: Scenario, spec: Spe
     if controller.delay_samples > 1 or controller.drive_limit > axis.drive_limit:
         return (
             "the proof over the box needs a delay of at most one sample, and a controller whose "
-            "drive limit is at most that of the axis"
+            "drive limit is at most the limit of the axis"
         )
     program = controller_program(controller)
     fixed = AxisFixed(
@@ -232,7 +232,7 @@ def _goals(
 
 
 def _latest_rest(spec: Spec, length: float) -> float:
-    """Return the latest time in a hold of `length` [s] at which the axis must come to rest [s].
+    """Return the latest time [s] at which the axis must come to rest in a hold of `length` [s].
 
     The time follows from the requirements of the static error and of rest.
     """
@@ -318,7 +318,8 @@ def _next_start(
 def _check(test: BoxTest, goal: HoldGoal, bounds: StepBounds) -> None:
     """Raise UnprovedCell if the bounds of a hold do not prove its requirements.
 
-    An encoder reading is at most the position, and above the position minus one encoder step.
+    An encoder reading is at most the position, and is larger than the position minus one encoder
+    step.
     """
     step, plan = test.loop.step, goal.plan
     low, high = bounds.passed[0] - step - SLACK, bounds.passed[1] + SLACK
@@ -435,8 +436,8 @@ def _largest_gains(test: BoxTest, waiting: dict[str, Vector], proved: list[str])
 def _position_and_size(test: BoxTest, path: str) -> Vector:
     """Return an array (5,) that describes the cell at `path`.
 
-    The array contains the middle of the cell (three numbers) and the largest side of the cell, both
-    in units of FIRST_SIZE, and the cell's share of the box.
+    The first three numbers are the middle of the cell, the fourth is its largest side, all in units
+    of FIRST_SIZE. The last number is the cell's share of the box.
     """
     ratio, friction, viscous = intervals_of(test, path)
     middle = (0.5 * math.log(ratio[0] * ratio[1]), 0.5 * math.log(friction[0] * friction[1]))
@@ -468,7 +469,7 @@ def prove_cells(
 
 
 def total_share(test: BoxTest, cells: Iterable[str]) -> float:
-    """Return the share of the box's volume (0 to 1) that disjoint cells cover."""
+    """Return the share of the box's volume (0 to 1) that the disjoint `cells` cover."""
     return math.fsum(share_of(test, path) for path in cells)
 
 

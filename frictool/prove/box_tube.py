@@ -3,16 +3,16 @@
 The tube consists of affine forms (affine_forms.py) of position, speed, drive and controller states.
 The encoder's reading is the position minus half a count, plus an independent error of half a count
 at each sample. Before the first motion, the reading is known. If it is uncertain whether the axis
-is inside the rest band of the controller, the tube branches: in one branch the axis is inside the
-band, in the other outside.
+is inside the rest band of the controller, the tube branches: the axis is inside the band in one
+branch, and outside in the other.
 
 At the peak of its overshoot, the prefilter counts as settled for some samples. If the controller is
-then in its rest band, its states are numbers. At such a sample the generators of position, speed
-and drive are joined (`_join`).
+then in its rest band, the controller's states are numbers, not sets. At such a sample the
+generators of position, speed and drive are joined (`_join`).
 
 After the last motion of the prefilter in the hold, the drive is 0, and friction stops the axis. The
-final position follows from a polygon around the pairs of position and speed: with the least
-deceleration d by friction and load, an axis with the speed v moves on by at most v^2/(2 d).
+final position follows from a polygon around the pairs of position and speed. Let d be the least
+deceleration by friction and load: an axis with the speed v moves on by at most v^2/(2 d).
 """
 
 from __future__ import annotations
@@ -46,16 +46,16 @@ from frictool.prove.controller_forms import DECIDED, ControllerRows, run_program
 from frictool.runtime.kernels import kernel, summing_kernel
 from frictool.typing import IntVector, Matrix, Vector
 
-MOST = 700  # generators
+MOST = 700  # largest number of generators
 KEEP = 350  # generators after a reduction
 SPARE = 60  # generators that a sample may add
 MOST_BRANCHES = 40
-COAST = (3, 5, 7, 12)
+COAST = (3, 5, 7, 12)  # samples after the prefilter's last motion at which `coast` is tried
 SECTORS = 24  # directions of the joined generators
 DIRECTIONS = 32
 SPEED_SCALE = 0.01  # 1/speed: the polygon's edges are regular for position and scaled speed
 WIDEST = 5.0  # half width of the position [rad | m] beyond which a tube is given up
-RESIDUE = 1e-9  # drive at the beginning of a hold [A | V]
+RESIDUE = 1e-9  # bound of |drive| at the beginning of a hold [A | V]
 DONE, FULL, UNBOUNDED = -1, -2, -3
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(14)
 Y_LOW, Y_HIGH, BOTTOM, TOP = range(4)  # position at a sample, and until the next sample
@@ -179,7 +179,7 @@ def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vecto
             y[g] = f.gen[o + ax.Y, g] if g < f.extent[o + ax.Y] else 0.0
             if k >= 0 and g < past.extent[k]:
                 y[g] -= past.gen[k, g]
-        for j in range(DIRECTIONS // 2):  # and the opposite direction
+        for j in range(DIRECTIONS // 2):  # each direction together with its opposite
             cos = math.cos(2.0 * math.pi * j / DIRECTIONS)
             sin = math.sin(2.0 * math.pi * j / DIRECTIONS) * SPEED_SCALE
             total = abs(cos) * f.error[o + ax.Y] + abs(sin) * f.error[o + ax.V]
@@ -459,7 +459,7 @@ def _started(loop: TubeLoop, ratios: CellRatios, start: StepStart, plan: StepPla
     m[ax.COUNT_LOW], m[ax.COUNT_HIGH] = -np.inf, np.inf
     m[ax.FROM_LOW], m[ax.FROM_HIGH] = start.position
     m[ax.REACH_LOW], m[ax.REACH_HIGH] = start.reach
-    if start.contact == ax.IN_FRONT:  # the opposite contact is one backlash behind this one
+    if start.contact == ax.IN_FRONT:  # the opposite contact is one backlash behind `contact`
         m[ax.FAR] = start.far[1]
         m[ax.REACH_HIGH] = start.position[0] - start.far[0] + loop.axis.backlash
     elif start.contact == ax.BEHIND:
@@ -583,16 +583,16 @@ def _pushed(ratios: CellRatios, axis: AxisFixed, m: Vector, end: float, sign: in
 def _join(loop: TubeLoop, f: Forms) -> None:
     """Join generators of similar direction in the plane of position and speed.
 
-    This is done only if the states of the controller are numbers. Each generator first gets the
-    sign with which it points into the upper half plane. The generators of a sector of directions
-    are then replaced by their sum d: each of them is share * d plus a remainder, and the remainders
-    become errors.
+    The generators are joined only if the states of the controller are numbers. Each generator first
+    gets the sign with which it points into the upper half plane. The generators of a sector of
+    directions are then replaced by their sum d: each generator is share * d plus a remainder, and
+    the remainders become errors.
     """
     if any(f.extent[row] or f.error[row] for row in loop.states):
         return
     o, size = loop.first, int(f.size[0])
     for row in (o + ax.READ, loop.rows.drive_before):
-        assign(f, row, 0.0)  # not used any more: the axis moves, and the last drive was 0
+        assign(f, row, 0.0)  # no longer used: the axis moves, and the last drive was 0
     rows = [int(row) for row in loop.kept if f.extent[row] > ax.FIXED]
     for row in rows:
         f.gen[row, f.extent[row] : size] = 0.0

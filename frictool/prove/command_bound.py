@@ -2,8 +2,8 @@
 
 The output of a controller program (adapters/controller_composition.py) is 0, or a drive that
 `drive_limit.limit` has clipped. In every number format, |command| is therefore at most the stored
-drive limit, for every sequence of readings. NaN would be an exception; an operation on infinite
-numbers could return NaN. The bound is therefore claimed only if every state of the program has a
+drive limit, for every sequence of readings. NaN would be an exception, and operations on infinite
+numbers can return NaN. The bound is therefore claimed only if every state of the program has a
 finite range. In fixed point, the interval of each word is proved (control/fixed_point.py).
 """
 

@@ -5,9 +5,9 @@ Each operation has an enclosure. Linear operations and products are functions of
 the condition of a selection is undecided, the result is the mean of both values plus an error of
 half their largest difference. There are two exceptions:
 
-- eta keeps its value while the last command was limited and the change of eta has the sign of that
-  command. The result is eta plus its change, with an error that bounds the change that does not
-  take place (`_largest_held`).
+- eta keeps its value if the last command was limited and the change of eta has the sign of this
+  command. The enclosure is eta plus the change, with an error that bounds the omitted change
+  (`_largest_held`).
 - At the condition of the controller's rest band, the tube branches (box_tube.py).
 """
 
@@ -39,7 +39,7 @@ from frictool.runtime.kernels import part_kernel
 from frictool.typing import IntVector
 
 DECIDED = -1
-NEGLIGIBLE = 1e-6  # share of a radius below which the error of an operation stays an error
+NEGLIGIBLE = 1e-6  # share of a radius below which an error does not become a generator
 
 
 class ControllerRows(NamedTuple):

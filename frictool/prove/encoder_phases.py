@@ -93,10 +93,10 @@ class _Branch:
     sample: int
     position: Vector
     command: Vector
-    known: bool  # the command of `sample` is computed
+    known: bool  # True if the command of `sample` is computed
     at: RoundedInterval | None  # displacement at which `reading` was taken at rest
     reading: float
-    read: bool = True  # the count of `sample` is decided
+    read: bool = True  # True if the count at `sample` is decided
 
 
 def phase_runs(loop: LoopOfPlant) -> Iterator[PhaseRun]:
@@ -247,8 +247,8 @@ def _stand(loop: LoopOfPlant, branch: _Branch) -> None:
 def _after_rest(loop: LoopOfPlant, branch: _Branch, first: int, last: int) -> AxisSet:
     """Return the set of states at sample `last` after a rest, in which only the drive changes.
 
-    The drive stays in the hull of its initial value and the commands. This hull is used for all but
-    the last FOLLOWED samples; over these, the drive is computed.
+    The drive stays in the hull of its initial value and the commands. The hull is used up to the
+    last FOLLOWED samples; for these samples, the drive is computed.
     """
     acting = [float(branch.command[k - loop.delay]) if k >= loop.delay else 0.0
               for k in range(first, last)]  # fmt: skip

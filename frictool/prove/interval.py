@@ -87,7 +87,7 @@ def point(value: float) -> RoundedInterval:
     return RoundedInterval(value, value)
 
 
-WHOLE = tuple(point(float(n)) for n in range(64))  # whole numbers of series
+WHOLE = tuple(point(float(n)) for n in range(64))  # exact whole numbers, for the terms of series
 
 
 def decay(rate_time: RoundedInterval) -> RoundedInterval:

@@ -3,7 +3,7 @@
 Readings and commands of a run are numbers, not sets (encoder_phases.py). The metrics are computed
 from these numbers as `report` computes them from a log. A requirement is proved if every start
 belongs to a run that meets the requirement. A requirement is refuted only if the event-exact
-simulation from one of the starts violates it as well.
+simulation from one of the starts also violates the requirement.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ from frictool.workers.job_sharing import share
 
 NOMINAL = "nominal"
 NOT_COVERED = "prove does not compute this requirement"
-FLICKER = 1.0 + 1e-6  # motion at rest, in encoder steps, as in `report`
+FLICKER = 1.0 + 1e-6  # largest motion that counts as rest, in encoder steps, as in `report`
 
 
 @dataclass(frozen=True)
@@ -187,12 +187,12 @@ def prove_box(
     progress: Callable[[float], None] = lambda _: None,
     cores: int | None = None,
 ) -> Proof:
-    """Return the proof with added cells of the parameter box that a search of `seconds` proves.
+    """Return the proof, extended by the cells of the box that a search of `seconds` proves.
 
     Raises
     ------
     NoSolutionError
-        If the enclosure of a cell does not support the controller, the model or the scenario.
+        If the enclosure does not support the controller, the model or the scenario.
     """
     test = ProofRequest(proof.model, proof.controller, proof.scenario, proof.spec, proof.number)
     box = _box_test(test)

@@ -20,8 +20,8 @@ def still_samples(
 
     `position` is the constant encoder reading. `bounds` (2,) are the lowest and the highest drive
     at which the axis stays at rest. The commands are written to `commands` (n,), including the
-    first command outside the bounds. Return the index of that command, or n if all commands are
-    within the bounds.
+    first command outside the bounds. Return the index of the first command outside the bounds, or n
+    if there is none.
     """
     for k in range(first, reference.shape[0]):
         commands[k] = control_step(machine, reference[k], position, 0.0)

@@ -18,14 +18,14 @@ import numpy as np
 
 from frictool.documents.controller import StateSpace
 
-Polynomial = list[Fraction]  # of the lowest power first
+Polynomial = list[Fraction]  # coefficients, lowest power first
 
 
 def of_state_space(controller: StateSpace) -> tuple[Polynomial, Polynomial]:
     """Return the exact numerator and denominator of a controller, as polynomials in z.
 
-    The algorithm is that of Faddeev and Le Verrier. The state matrix is first multiplied by a power
-    of two that makes its entries integers, so that the divisions of the algorithm have no
+    The function uses the algorithm of Faddeev and Le Verrier. The state matrix is first multiplied
+    by a power of two that makes its entries integers. The divisions of the algorithm then have no
     remainder.
     """
     n = len(controller.a)
@@ -35,7 +35,7 @@ def of_state_space(controller: StateSpace) -> tuple[Polynomial, Polynomial]:
     c = [Fraction(value) for value in controller.c[0]] if n else []
     direct = Fraction(controller.d[0][0])
     matrix = _integers(np.identity(n).tolist(), n, n, 1)
-    denominator, numerator = [Fraction(1)], [direct]  # of the highest power first
+    denominator, numerator = [Fraction(1)], [direct]  # highest power first
     for k in range(1, n + 1):
         through = sum(
             (c[i] * int(matrix[i, j]) * b[j] for i in range(n) for j in range(n)), Fraction(0)
@@ -93,7 +93,7 @@ def _binomials(plus: int, minus: int) -> list[int]:
 
 
 def product(x: Polynomial, y: Polynomial) -> Polynomial:
-    """Return the product of two polynomials, given by their coefficients of p^j q^(degree - j)."""
+    """Return the product of two polynomials; their coefficients belong to p^j q^(degree - j)."""
     whole = [Fraction(0)] * (len(x) + len(y) - 1)
     for i, one in enumerate(x):
         for j, other in enumerate(y):

@@ -64,8 +64,8 @@ class CertificateLoop:
 def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
     """Return the loops whose largest H-infinity norm is the quantity `of`: norm or sensitivity.
 
-    The norm is that of `loop`. The sensitivity is the largest norm of the unweighted loops: the
-    position or speed loop and, with a proportional law, also the outer loop.
+    For the norm, the result is `loop`. For the sensitivity, the result contains the unweighted
+    loops: the position or speed loop and, with a proportional law, also the outer loop.
     """
     if of == "norm":
         return (loop,)

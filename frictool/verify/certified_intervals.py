@@ -18,7 +18,7 @@ MARGIN_PARAMETERS = (
     "inertia",
     "viscous",
     "constant",
-)  # a margin depends on these alone; a norm depends on Coulomb friction too
+)  # a margin depends on these parameters only; a norm also depends on Coulomb friction
 
 LONGEST_PHRASES = 80  # largest number of characters of all phrases in a warning
 Interval = tuple[float, float]

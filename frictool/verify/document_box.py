@@ -14,8 +14,8 @@ from frictool.verify.vertices import vertex_points
 def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
     """Return the interval (low, high) [SI] of each plant parameter.
 
-    The intervals are those of the certificate or, for a document without a certificate, the
-    smallest intervals that contain all vertices.
+    The certificate states the intervals. Without a certificate, the function returns the smallest
+    intervals that contain all vertices.
     """
     if controller.certificate is None:
         return enclosing_box(vertex_points(controller))
@@ -26,7 +26,7 @@ def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
 def check_box(controller: Controller) -> None:
     """Check that a document's parameter intervals contain its vertices and the bench's ranges.
 
-    Raises NoSolutionError if they do not, or if the document has no vertex.
+    Raises NoSolutionError if an interval does not, or if the document has no vertex.
     """
     vertices = vertex_points(controller)
     holder = (

@@ -192,8 +192,8 @@ def _compare(where: str, stated: float, recomputed: float, delay_samples: int) -
 def _resonant(controller: Controller) -> None:
     """Check the loops with the document's resonances at the bench's delay and at longer delays.
 
-    The delays are those of the stored checks. All loops must be stable; at the bench's delay, they
-    must also have the specified margin.
+    The stored checks of the document list the delays. All loops must be stable; at the bench's
+    delay, they must also have the specified margin.
     """
     resonances = controller.resonances
     if resonances is None:

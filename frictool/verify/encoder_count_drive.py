@@ -6,7 +6,7 @@ import numpy as np
 
 from frictool.plant.lti import Lti
 
-HORIZON = 10  # samples; later the loop has reacted
+HORIZON = 10  # samples; afterwards the loop has reacted
 
 
 def count_current(controller: Lti, step: float, horizon: int = HORIZON) -> float:

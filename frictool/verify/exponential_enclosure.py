@@ -12,9 +12,8 @@ zero-order hold of the axis is
     e = h_0(0, lambda),  h_q = h_q(sigma, 0),  a = h_1(sigma, lambda),  b = h_2(sigma, lambda)
 
 and h_0 = 1 - sigma h_1. Each h_q is a sum of decaying exponentials with nonnegative weights, whose
-sum is at most 1. Apart from the sign, the derivatives of h_q are such sums as well. The remainder
-of a Taylor polynomial about the middle of an interval is therefore bounded. All operations use
-integers.
+sum is at most 1. Apart from the sign, the derivatives of h_q are also such sums. The remainder of a
+Taylor polynomial about the middle of an interval is therefore bounded. All operations use integers.
 """
 
 from __future__ import annotations

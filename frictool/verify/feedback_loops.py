@@ -14,11 +14,11 @@ v_c the speed reference. If an observer estimates the speed (verify/observer_loo
 observer's estimate from m and from the drive. The path from the drive to the observer is then part
 of the controller: the loop is opened after controller and observer.
 
-A proportional law is linear and gives a second, outer loop; both loops are checked. In a loop that
-feeds back the speed only, the position is a state only on an axis with a spring. A square-root law,
-a limiter and friction compensation are nonlinear and not part of any loop. The virtual friction of
-a limiter is checked in a separate loop near standstill, with the largest slope F_cv/v_r of the
-friction (F_cv: virtual Coulomb friction, v_r: virtual speed).
+A proportional law is linear and gives a second, outer loop; both loops are checked. If a loop feeds
+back the speed only, the position is a state of the loop only if the axis has a spring. A
+square-root law, a limiter and friction compensation are nonlinear and not part of any loop. The
+virtual friction of a limiter is checked in a separate loop near standstill. This loop contains the
+largest slope F_cv/v_r of the virtual friction (F_cv: virtual Coulomb friction, v_r: virtual speed).
 
     L(z) = -(transfer from the commanded to the requested drive),  sensitivity 1/(1 + L)
 """

@@ -4,7 +4,7 @@ The algorithm is the bisection of Boyd, Balakrishnan and Kabamba (1989) with the
 update of Bruinsma and Steinbuch (1990). The imaginary eigenvalues of a Hamiltonian matrix are the
 frequencies at which a singular value equals the level. A sampled system is transformed by s =
 (z - 1)/(z + 1), so that the unit circle becomes the imaginary axis. The eigenvalues only locate
-frequencies, at which the gain is then computed from the frequency response.
+frequencies. At these frequencies, the gain is computed from the frequency response.
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ def worst_inside(
     """Return the worst plant of the vertices, and the worst plant found between the vertices.
 
     Between the vertices, POINTS scattered plants are evaluated first. A local search then starts at
-    the worst of these plants and the vertices.
+    the worst plant so far, vertices included.
     """
     box = enclosing_box(vertices)
     at_vertices = worst_norm(controller, plant, vertices)
@@ -94,8 +94,9 @@ def worst_sensitivity(
 ) -> tuple[float, float, PlantPoint]:
     """Return the largest sensitivity at the vertices, the largest between vertices, and a plant.
 
-    The plant is the one with the largest sensitivity between the vertices, where POINTS scattered
-    plants are evaluated. lag: time constant of the drive [s]. delay: computational delay [samples].
+    Between the vertices, POINTS scattered plants are evaluated. The returned plant has the largest
+    sensitivity of these plants. lag: time constant of the drive [s]. delay: computational delay
+    [samples].
     """
 
     def sensitivity(point: PlantPoint) -> float:

@@ -83,7 +83,7 @@ def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str,
 def intervals_of_text(record: Mapping[str, str]) -> dict[str, tuple[float, float]]:
     """Return the interval of each parameter from a log's metadata.
 
-    Entries that are not two finite numbers are left out.
+    Entries other than two finite numbers are left out.
     """
     intervals = {}
     for name, text in record.items():

@@ -40,15 +40,11 @@ from frictool.verify.margins import loop_margins
 from frictool.verify.speed_loop import is_required, performance
 from frictool.verify.stored_forms import limited_radius
 
-CLAIM = 1.01  # largest ratio of a norm to the norm at the vertices
-HELD: tuple[stored.Number, ...] = (
-    "double",
-    "float",
-)  # formats in which every controller is verified
-OFFERED: tuple[stored.Number, ...] = (
-    "q31",
-    "q15",
-)  # formats that the document lists if the loop tolerates them; export refuses the others
+CLAIM = 1.01  # largest allowed ratio of a norm to the norm at the vertices
+# formats in which every controller is verified
+HELD: tuple[stored.Number, ...] = ("double", "float")
+# formats that the document lists only if the loop tolerates them; export refuses unlisted formats
+OFFERED: tuple[stored.Number, ...] = ("q31", "q15")
 
 
 @dataclass(frozen=True)
@@ -175,8 +171,8 @@ class LinearLoops:
     def seen_inside(self) -> float:
         """Return the largest norm found between the vertices by scattered plants and a search.
 
-        The search is local. If `weights` is None, the norm is that of the sensitivity, and only
-        scattered plants are evaluated.
+        The search is local. If `weights` is None, the largest sensitivity replaces the norm, and
+        only scattered plants are evaluated.
         """
         loops = self.feedbacks()
         if self.weights is not None:

@@ -16,13 +16,13 @@ from frictool.typing import ComplexVector, IntVector, Matrix, Vector
 
 # codes of the measured signals
 SEES_ETA, SEES_DIFFERENCE, SEES_SPEED = 0, 1, 2
-# largest row sum of a matrix whose power series is summed; a matrix with more is halved first
+# largest row sum of a matrix whose power series is summed; other matrices are halved first
 LARGEST_ROW = 0.5
 TERMS = 16  # terms of the series; the first omitted term is below 1e-19
 NEAR = 0.9  # fraction of the largest gain above which a maximum is refined
 ZOOMS, ZOOMED = 4, 11  # rounds of refinement, and frequencies in each
-# relative difference between the gain by the modes and by the matrices, above which the modes are
-# not trusted
+# relative difference between the gains from the modes and from the matrices, above which the modes
+# are not trusted
 AGREEMENT = 1e-7
 UNKNOWN = -1.0
 
@@ -79,7 +79,7 @@ def sampled_axis(
 ) -> tuple[Matrix, Vector, Matrix]:
     """Return the matrices a (n, n), b (n,), c (m, n) of the axis, from command to measured signals.
 
-    The system is that of `feedback_loops.measured_axis`.
+    `feedback_loops.measured_axis` defines the system.
 
     - drive and viscous: rates of plant/linear_axis.py
     - lag: time constant of the drive [s]
@@ -97,7 +97,7 @@ def sampled_axis(
     whole[n - 2, n - 2] = -period * viscous
     whole[n - 1, n - 2] = -period
     held = exponential(whole)
-    # position error, then the difference of two samples of it
+    # eta, then the difference of two samples of eta
     kept = np.empty(n + 1, dtype=np.int64)
     for i in range(n - 1):
         kept[i] = i

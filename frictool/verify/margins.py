@@ -113,9 +113,10 @@ def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int
     """Return N = ||H_v/w||, the peak gain from the friction w in [-1, 1] to the speed.
 
     The unit of N is rad/s | m/s; N is inf for an unstable loop. Annex C (27) of the thesis
-    concludes stability from N <= 1, because |sign(v)| <= 1. But |sign(v)| <= |v|/N is true only for
-    speeds above N. N therefore shows only that friction cannot sustain an oscillation whose speed
-    is always above N. Near v = 0, only a simulation can decide.
+    concludes stability from N <= 1, because |sign(v)| <= 1. This conclusion needs
+    |sign(v)| <= |v|/N, which is true only for speeds above N. N therefore shows only that friction
+    cannot sustain an oscillation whose speed is always above N. Near v = 0, only a simulation can
+    decide.
     """
     period = controller.period
     blocks = {

@@ -51,8 +51,8 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
 
     Each interval contains the parameter's interval in the model and its range in the model's bench,
     for all directions, speed regimes and positions (adapters/parameter_intervals.py). Raises
-    FrictoolError if the axis, drive, period, delay or time constant of the model's bench differs
-    from that of the controller.
+    FrictoolError if axis, drive, period, delay or time constant differ between the model's bench
+    and the controller.
     """
     ours, theirs = controller.bench, model.bench
     pairs = {

@@ -4,10 +4,10 @@
     -> loops at the vertices -> a controller document
 
 If the linear controller uses the speed, the stored norms and margins do not apply to the loop with
-the observer. The margins are then computed again for a slipping axis. Values that cannot be
-computed (norms, certificate, robustness) are removed. If the linear controller uses only the
-position (eta or the position error), its loop is unchanged, and only the virtual friction is
-checked.
+the observer. The margins are then computed again, for a slipping axis. Values that cannot be
+computed with an observer (norms, certificate, robustness) are removed. If the linear controller
+uses only the position (eta or the position error), its loop is unchanged, and only the virtual
+friction is checked.
 """
 
 from __future__ import annotations

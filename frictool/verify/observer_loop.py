@@ -12,8 +12,8 @@ positions is therefore not a state of the speed loop.
 
 The linear system of a tracking observer is corrected by the whole difference of measured and
 estimated position, without the dead zone. This is a good approximation for motion over many
-counts. (Within its dead zone the observer makes no correction, and the estimated speed follows the
-model.) A switched observer has one system per mode in slip; the loop with each system is checked.
+counts. Within its dead zone the observer makes no correction, and the estimated speed follows the
+model. A switched observer has one system per mode in slip; the loop with each system is checked.
 Dry friction and offset are constant in slip; backlash and the speed dependence of the viscous
 coefficient are left out.
 """

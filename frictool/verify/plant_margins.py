@@ -35,8 +35,8 @@ from frictool.verify.margin_kernels import (
 )
 from frictool.verify.scheduled_loop import interpolate_controller, weights
 
-# frequencies of the search besides those of the modes, over six decades below half the sampling
-# frequency
+# number of frequencies of the search in addition to the modes' frequencies, over six decades below
+# half the sampling frequency
 POINTS = 120
 SIGNALS = {ETA: SEES_ETA, DIFFERENCE: SEES_DIFFERENCE, SPEED: SEES_SPEED}
 

@@ -83,7 +83,7 @@ class Verification(ResultView):
 def verify(controller: Controller, model: Model | None = None) -> Verification:
     """Prove the certificate of a controller, and recompute the stored values.
 
-    The stored values are those under the keys `verified` and `schedule` of the document.
+    The document stores these values under the keys `verified` and `schedule`.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
         parameter ranges of the bench, a loop is unstable or has less than the specified margin, or
         the stored forms of the linear controller differ.
     FrictoolError
-        If the axis, drive or timing of the model's bench differs from that of the controller.
+        If axis, drive or timing differ between the model's bench and the controller.
     """
     checked = None if model is None else check_model(controller, model)
     check_box(controller)
@@ -128,8 +128,8 @@ def recheck(controller: Controller) -> None:
 
     Raises NoSolutionError if the document's intervals do not contain the parameter ranges of the
     bench, a corner of the certificate's intervals is not a vertex, a loop at a vertex is unstable
-    or has less than the specified margin, or a margin under `verified` differs from that of the
-    coefficients.
+    or has less than the specified margin, or a margin under `verified` differs from the margin of
+    the coefficients.
     """
     check_document(controller, margins=True)
     check_box(controller)

@@ -10,9 +10,9 @@ in the stored intervals. For |disturbance| <= d < F,
 before it stops, with w = |v| + K |i| lag/J. J is the inertia, v the speed, K the actuator's
 constant, and `lag` the time constant of the drive. The motion is longest if the whole impulse of
 the decaying drive acts at the start of the motion. With a released drive and the position error e,
-all states with |e| + D <= band - (one count) therefore stop inside the band. There the reading is
-constant, the drive remains released, and only a disturbance above the smallest breakaway moves the
-axis again. No limit cycle contains such a state.
+all states with |e| + D <= band - (one count) therefore stop inside the band. After the stop, the
+reading is constant, the drive remains released, and only a disturbance above the smallest breakaway
+moves the axis again. No limit cycle contains such a state.
 
 The hypotheses of propositions 5.2.1 (limiter) and 5.2.2 (square-root law) of the thesis are checked
 numerically. Each number is changed to the safe side by the fraction ROUNDED, which exceeds all
@@ -28,7 +28,7 @@ from frictool.control.speed_filter import first_order
 from frictool.documents.certificate import Box, Certificate, RestCheck, RestProof
 from frictool.documents.controller import Controller, Limiter, PositionLaw
 
-ROUNDED = 1e-12  # relative margin of each figure; each needs fewer than 50 roundings
+ROUNDED = 1e-12  # relative margin of each figure, which needs fewer than 50 roundings
 OF_THE_APPROACH = ("arrival_speed", "stable_loop")  # checks of the motion towards the band
 BRAKING_SHARE = 0.5  # disturbance while the axis stops, relative to the least friction
 

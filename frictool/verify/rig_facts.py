@@ -67,8 +67,8 @@ def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
 def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, ...]:
     """Return a phrase for each fact that differs from the bench of the verification.
 
-    An example of a phrase is `drive limit 5 A, verified 10 A`. A fact that is missing in `facts` is
-    left out, and so is the stiffness of a spring, which `different_stiffness` compares.
+    An example of a phrase is `drive limit 5 A, verified 10 A`. Facts that are missing in `facts`
+    are not compared. The stiffness of a spring is compared by `different_stiffness`.
     """
     known = facts_of(verified)
     others = {
@@ -90,8 +90,8 @@ def different_stiffness(
     - spring: stiffness with which the loops were verified; None if they had no spring
     - ends: interval of the stiffness [N m/rad | N/m]; (0, 0) without a spring
 
-    A controller is verified without a spring and at both ends of the interval of `spring`. It
-    therefore covers every stiffness from 0 to these ends.
+    A controller is verified without a spring and at both ends of the interval of `spring`. The
+    verification therefore covers every stiffness from 0 to each of these ends.
     """
     low, high = (0.0, 0.0) if spring is None else spring.interval
     low, high = min(0.0, low), max(0.0, high)
@@ -105,7 +105,7 @@ def different_stiffness(
 
 
 def missing_facts(facts: Mapping[str, float]) -> tuple[str, ...]:
-    """Return the labels of the facts that are missing in `facts`, such as those of a log."""
+    """Return the labels of the facts that are missing in `facts`, for example in a log's facts."""
     return tuple(fact.label for name, fact in FACTS.items() if name not in facts)
 
 

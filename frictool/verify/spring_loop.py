@@ -1,8 +1,8 @@
 """Check of the loops of an axis with a spring, at every vertex and at both ends of its stiffness.
 
-The plants of a design and of its certificate have no spring. The spring adds the
-effort stiffness times position to the equation of motion. This term is linear, so that the check
-contains the spring exactly. Each loop is checked without and with the resonances of the model.
+The plants of a design and of its certificate have no spring. The spring adds the effort stiffness
+times position to the equation of motion. This term is linear, so that the check includes the spring
+without approximation. Each loop is checked without and with the resonances of the model.
 
 A loop that feeds back the speed only, with an integrator, holds the axis at any position against
 the spring. Each position is then an equilibrium, and the loop has one pole at z = 1. The input of
@@ -79,8 +79,8 @@ def spring_check(
 def require_spring_margin(check: SpringCheck | None, required: float, name: str = "") -> None:
     """Raise NoSolutionError if a loop with a spring is unstable or below the required margin.
 
-    name: name of the controller at the start of the message; "" for a message without a name. If
-    `check` is None, because there is no spring, nothing is raised.
+    name: name of the controller at the start of the message; "" for a message without a name.
+    Without a spring, `check` is None and nothing is raised.
     """
     if check is None:
         return

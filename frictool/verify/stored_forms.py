@@ -12,8 +12,8 @@ from frictool.plant.lti import tustin
 from frictool.verify.feedback_loops import running_form
 from frictool.verify.hinf_norm import spectral_radius
 
-# allowed difference of two frequency responses, relative to the peak of (z - 1) K(z), or of K(z)
-# without an integrator
+# allowed difference of two frequency responses, relative to the peak of (z - 1) K(z), or to the
+# peak of K(z) if K has no integrator
 AGREEMENT = 2e-6
 AT_ONE = 1e-9  # distance from z = 1 below which a pole is an integrator
 # without z = -1, where the inverse Tustin image of a delay has a pole

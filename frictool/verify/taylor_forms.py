@@ -119,7 +119,7 @@ def shifted(
     The polynomial's coefficients (n + 1,), lowest power first, are real or imaginary, with a
     relative error of at most U. The polynomial is expanded about `middle`: each term of a new
     coefficient has at most 2 n + 1 roundings (Higham 2002, section 5.1). Let p be the polynomial
-    whose coefficients are the moduli of the given ones. The sum of the errors is below (2 n + 4) U
+    whose coefficients are the moduli of `coefficients`. The sum of the errors is below (2 n + 4) U
     p(|middle| + half). `work` (n + 1,) is overwritten.
     """
     n = len(coefficients) - 1

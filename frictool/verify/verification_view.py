@@ -117,7 +117,7 @@ def _computed(verification: Verification) -> list[str]:
         inside = "" if controller.verified.robustness is None else " and inside the box"
         output.append(
             f"figures recomputed at {len(controller.verified.vertices)} "
-            f"vertices{inside}: all equal the stored ones"
+            f"vertices{inside}: all equal the stored figures"
         )
     shown = differences[:MOST_LINES]
     output += [

@@ -8,10 +8,10 @@ Thesis figures 5.13 to 5.16 show these functions:
     i: drive that reaches the actuator, w: friction in units of the Coulomb friction
     |e/s| <= gamma/|W2|    |i/s| <= gamma/W3    |e/w| <= gamma/|W1 W2|    (thesis 5.54)
 
-The weights are sampled by Tustin's method, as for the verified norm: if that norm is below gamma,
-every transfer function is below its template. A PI controller of the speed is designed without
-weights and has no templates. The transfer functions do not include a proportional law around a
-speed loop.
+The weights are sampled by Tustin's method, as for the verified norm: if the verified norm is below
+gamma, every transfer function is below its template. A PI controller of the speed is designed
+without weights and has no templates. The transfer functions do not include a proportional law
+around a speed loop.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from frictool.verify.observer_loop import shown_speeds
 
 Name = Literal["error", "drive", "disturbance", "output"]
 POINTS = 240
-# decades below half the sampling frequency, or down to a tenth of the pole of W2 if that is lower
+# decades below half the sampling frequency, or down to a tenth of W2's pole if this is lower
 DECADES = 4
 UNIT = PlantWeights(error=FirstOrderWeight(1.0), disturbance=1.0, drive=1.0)
 # row and column in the generalised plant: [W2 e; W3 i] from [reference; W1 friction]

@@ -10,14 +10,15 @@ loop (zero_exclusion_kernel.py). Theorem: if
 
 then the loop of every constant plant of the box is stable with a norm below g. The reason is that
 roots depend continuously on the plant, the box is connected, and by (b) no root crosses the
-circle. (b) and (c) are proved on cells: products of an interval of the frequency and intervals of
-the plant parameters, halved until the bound is proved on each cell. (a) is proved by Mikhailov's
-criterion: the argument of D, a polynomial of degree n in the bilinear variable, must change by n
-pi/2 along half the circle. The sensitivity is the norm of a loop without weights.
+circle. (b) and (c) are proved on cells, which are products of an interval of the frequency and
+intervals of the plant parameters. Cells are halved until the bound is proved on each cell. (a) is
+proved by Mikhailov's criterion: D is a polynomial of degree n in the bilinear variable, and its
+argument must change by n pi/2 along half the circle. The sensitivity is the norm of a loop without
+weights.
 
 The proof uses no solver and no grid, and g is the only stored result that it uses. All coefficients
-are computed from the stored ones in integers, and all rounding errors of the kernel are bounded
-(taylor_forms.py). The theorem is not valid for parameters that vary with time.
+are computed from the stored coefficients in integers, and all rounding errors of the kernel are
+bounded (taylor_forms.py). The theorem is not valid for parameters that vary with time.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ from frictool.verify.zero_exclusion_kernel import (
 )
 
 Interval = tuple[Fraction, Fraction]
-MOST_CELLS = 400_000  # cells for one bound: some seconds
+MOST_CELLS = 400_000  # largest number of cells for one bound; they take some seconds
 ROUNDING = Fraction(1, 1 << 53)
 
 

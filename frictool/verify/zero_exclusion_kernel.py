@@ -1,7 +1,7 @@
 """Branch and bound over frequencies and plants: the kernel of verify/zero_exclusion.py.
 
-Half the unit circle is z = (q + p)/(q - p) with p = i t, q = 1 in chart 0 and p = i, q = t in chart
-1, t from 0 to 1. With Q = q - p and Z = q + p,
+Half the unit circle is z = (q + p)/(q - p), in two charts with t from 0 to 1: p = i t, q = 1 in
+chart 0, and p = i, q = t in chart 1. With Q = q - p and Z = q + p,
 
     z - 1 = 2 p/Q      z = Z/Q      z - h_0 = H/Q      z - e = E/Q
     H = sigma h_1 Q + 2 p           E = (1 - e) q + (1 + e) p      (E = 1 without lag)

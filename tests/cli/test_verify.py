@@ -76,7 +76,7 @@ def test_an_edit_within_what_is_proved_is_exit_1_and_the_bounds_hold(tmp_path: P
     assert (result.code, result.stderr) == (1, "")
     for words in (
         "proved for every",
-        "all equal the stored ones",
+        "all equal the stored figures",
         "changed after verification: linear;",
     ):
         assert words in result.stdout

@@ -67,7 +67,7 @@ def test_the_controller_of_the_method_crosses_over_where_its_equation_says(overl
     assert abs((c * b / (z - a) + d) * plant) == pytest.approx(1.0, rel=1e-3)
     verified = frictool(overlay, "verify", overlay / "controller.yaml")
     assert verified.returncode == 1  # a controller of --vertices-only has no certificate
-    assert "figures recomputed at 16 vertices: all equal the stored ones" in verified.stdout
+    assert "figures recomputed at 16 vertices: all equal the stored figures" in verified.stdout
 
 
 def test_schema_help_and_messages_know_the_method(overlay: Path) -> None:
