@@ -21,9 +21,9 @@ MOST_TOLERANCE = 1.0  # largest value of --tolerance
 # lowest bandwidth tried, relative to the slowest resonance; number of bandwidths tried
 LOWEST = 1e-4
 POINTS = 2000
-# margin at an end of a part, relative to its width: a load law fitted to the part differs slightly
+# margin at each end of a part, relative to the part's width; a load law of the part alone differs
 ROOM = 0.02
-WORTH = 0.1  # least useful part, relative to the travel
+WORTH = 0.1  # smallest useful part, relative to the travel
 
 
 def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:

@@ -6,8 +6,8 @@ from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.mechanism import Mechanism
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 
-MOST = 16  # mechanisms in the cache
-# by identity: the cache keeps each document, so that its id stays unique
+MOST = 16  # largest number of mechanisms in the cache
+# key: id of a document; the cache also keeps the document, so that the id stays unique
 _KEPT: dict[int, tuple[Mechanism, AssembledMechanism]] = {}
 
 

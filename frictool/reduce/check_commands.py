@@ -34,7 +34,7 @@ SLOWEST = 1e-12  # speed treated as rest, relative to the largest speed
 # distance over which the friction is checked, relative to the distance of the step; friction that
 # is treated as vanishing, relative to the mean friction
 BEYOND_END, FAINT = 1.25, 0.25
-FREE = 0.3  # push without friction, relative to the drive's limit
+FREE = 0.3  # effort of a push if there is no friction, relative to the drive's limit
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def _push_time(one: OneInertia, push: float, slip: Vector, distance: float) -> t
     taken = float(np.mean(slip)) * distance
     brakes = taken <= LITTLE * push * distance
     part = 0.5 * distance if brakes else min(distance, taken / push)
-    x = np.linspace(0.0, part, STEPS) ** 2 / max(part, 1e-300)  # dense at low speed
+    x = np.linspace(0.0, part, STEPS) ** 2 / max(part, 1e-300)  # points are dense at low speed
     left = push - np.interp(x, np.linspace(0.0, distance, len(slip)), slip)
     energy = np.concatenate([[0.0], np.cumsum(0.5 * (left[1:] + left[:-1]) * np.diff(x))])
     speed = np.sqrt(2.0 * np.maximum(energy, 0.0) / one.inertia)

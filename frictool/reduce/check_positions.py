@@ -18,7 +18,7 @@ from frictool.plant.position_load import with_load
 from frictool.reduce.coordinate_change import MechanismView
 from frictool.typing import Vector
 
-# steps per period, in each of which a winding's bound is constant (engine/closed_loop.py)
+# steps per period; the current limit of a winding is constant in a step (engine/closed_loop.py)
 PARTS = 4
 
 

@@ -22,7 +22,7 @@ from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.step_report import StepFigure, StepReport
 from frictool.reduce.travel_grid import known_travel
 
-TAKES_PART = 0.05  # smallest share in a mode's strain energy of a link that is part of the mode
+TAKES_PART = 0.05  # share of a mode's strain energy above which a link is part of the mode
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class LinkResonance:
     """Compliant link with its slowest resonance.
 
     frequency: resonance frequency [rad/s]. If the link takes part in no oscillation, the frequency
-        is sqrt(k (1/J_a + 1/J_b)), with the stiffness k and the inertias on the two sides of the
-        link.
+        is sqrt(k (1/J_a + 1/J_b)), with the stiffness k and the inertias J_a and J_b on both sides
+        of the link.
     damping: damping ratio of the resonance.
     compliance: 1/stiffness [rad/(N m) | m/N].
     twist: deformation of the link under the source's largest effort [rad | m].

@@ -1,7 +1,7 @@
 """First step of a reduction: express every block in the coordinate of the source (thesis 2.16).
 
-The step is exact with one exception. For a thread, the step uses the friction at a steady speed,
-while the friction of thesis (2.12) depends on the whole torque of the motor.
+The step is exact with one exception. For a thread, the step uses the friction at a steady speed;
+the true friction of thesis (2.12) depends on the whole torque of the motor.
 
 After the step, all links between two blocks are couplings, or gears of ratio 1 with losses. Only
 links of rotary blocks can have losses. If the source is linear and a link has losses, the step

@@ -18,8 +18,8 @@ from frictool.plant.mechanism.linearisation import linearise
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.compliance import compliant_links
 
-FAR = 1e4  # zero that is treated as infinite, relative to the fastest pole
-HIDDEN = 1e-6  # relative distance of a pole and a zero that cancel
+FAR = 1e4  # modulus above which a zero counts as infinite, relative to the fastest pole
+HIDDEN = 1e-6  # relative distance below which a pole and a zero cancel
 
 
 def resonances(mechanism: Mechanism, source: str, sensor: str) -> Resonances | None:

@@ -10,8 +10,8 @@ with an interval for all values of s.
 
 A link with 1 - back_loss < 0 is irreversible, for example a thread whose friction coefficient
 exceeds the tangent of its angle. No load moves such a link, and the source must push to lower a
-load. A load that accelerates downwards presses less on the link, so that s < 0: the reflected
-inertia of the whole mechanism is less than the inertia of the motor alone.
+load. A load that accelerates downwards presses less on the link, so that s < 0. The reflected
+inertia of the whole mechanism is then less than the inertia of the motor alone.
 
 The step never describes the losses by an efficiency (thesis (2.14)) instead of friction. With an
 efficiency, a load that drives the motor back would give an oscillator without damping.

@@ -1,9 +1,9 @@
 """Comparison of a mechanism with its one-inertia model, with the same controller and reference.
 
-The allowed difference of the positions during a hold is the backlash plus the larger of two values:
-`tolerance` times the reference step with which the hold begins, and one encoder step. The
-allowed difference of the response times is the larger of `tolerance` times the response time of the
-whole mechanism, and one sample period.
+The allowed difference of the positions during a hold is the backlash plus the larger of two values.
+The values are one encoder step, and `tolerance` times the reference step with which the hold
+begins. The allowed difference of the response times is the larger of `tolerance` times the response
+time of the whole mechanism, and one sample period.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
         return (
             f"{where}: positions differ by {step.distance:.3g}; allowed: at most {step.allowed:.3g}"
         )
-    # a step of a few counts has no response time
+    # a step of a few counts has no meaningful response time
     if abs(step.target - step.origin) < 4.0 * resolution:
         return None
     if math.isfinite(step.whole_s) != math.isfinite(step.reduced_s):

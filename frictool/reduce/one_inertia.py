@@ -34,8 +34,8 @@ from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.travel_grid import POINTS, positions
 from frictool.typing import Vector
 
-SAME = 1e-9  # distance of equal ends, relative to the travel
-FLAT = 1e-9  # variation of a constant curve, relative to the mean
+SAME = 1e-9  # distance of ends that count as equal, relative to the travel
+FLAT = 1e-9  # variation of a curve that counts as constant, relative to its mean
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from frictool.typing import Vector
 
 GOOD = 0.005  # sufficient error of the fit, relative to the mean of the curve
 NODES = 400  # Chebyshev nodes
-NOTHING = 1e-12  # largest omitted term at the ends of the travel, relative to the mean
+NOTHING = 1e-12  # largest omitted term at the ends of the travel, relative to the curve's mean
 
 
 class PolynomialFit(NamedTuple):

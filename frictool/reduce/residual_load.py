@@ -24,9 +24,9 @@ from frictool.typing import Vector
 NOTHING = 1e-12  # largest omitted term, relative to the largest load
 HELD = 1e-9  # allowed excess of the remaining load over friction, relative to the largest load
 FITS = 0.01  # sufficient error of the friction's polynomials, relative to the mean friction
-LEAST_TURN = 0.5  # smallest phase [rad] of a harmonic over the travel; with less, it is a line
+LEAST_TURN = 0.5  # smallest phase [rad] of a harmonic over the travel; a smaller part is a line
 POINTS_PER_CYCLE = 8.0  # positions per cycle of the fastest harmonic
-NUMBERS = 300  # values of `number` that are tried before the best is refined
+NUMBERS = 300  # number of values of `number` that are tried before the best value is refined
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
     parts = parts_of_travel(x, _straight(x, mean, half))
     ranges = [sorted(side * end for end in part) for part in parts]
     if not ranges:
-        tried = "the mechanism itself (frictool simulate), or the one that --reduced writes"
+        tried = "the mechanism itself (frictool simulate), or the mechanism that --reduced writes"
     else:
         tried = " and ".join(f"--travel {low:.6g} {high:.6g}" for low, high in sorted(ranges))
         tried += ", with one model for each part" if len(ranges) > 1 else ", where a law suffices"

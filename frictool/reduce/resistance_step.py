@@ -130,7 +130,7 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
         StepFigure("C_r backward, least", float(np.min(-exact.backward)), unit),
         StepFigure("C_r backward, most", float(np.max(-exact.backward)), unit),
         StepFigure("friction minus load, least", margin.margin, unit),
-        StepFigure("position of that minimum", margin.position, position),
+        StepFigure("position of this minimum", margin.position, position),
     ]
     did = f"{', '.join(replaced)} as C_r(theta, sign)" if replaced else _unchanged(exact, largest)
     note = (

@@ -3,8 +3,8 @@
 The mechanism after each step is compared with the mechanism before the step, under the commands of
 check_commands.py. The compared quantity is the position of the sensor's block, as long as the block
 is within the travel. The allowed difference is the backlash at the sensor plus `tolerance` times
-the distance that the axis travels forth and back. The relative error that a step predicts in closed
-form must also be below `tolerance`.
+the distance that the axis travels forward and back. The relative error that a step predicts in
+closed form must also be below `tolerance`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from frictool.typing import Vector
 Progress = Callable[[str], None]
 
 ROOM = 1e-9  # rad | m, tolerance of a block that rests on an end stop
-TOLERANCE = 0.05  # relative to the travelled distance
+TOLERANCE = 0.05  # default of `tolerance`, relative to the travelled distance
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def check_reduction(
         reports.append(replace(step.report, measured=_measured(tests, before, now, whole)))
         before = now
         last = step.mechanism
-    progress("simulating the one inertia")
+    progress("simulating the one-inertia model")
     now = crossing(lambda run: model_positions(model, run.start, run.command))
     reports.append(replace(final, measured=_measured(tests, before, now, whole)))
     play = chain.one.play.width

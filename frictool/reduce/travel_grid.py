@@ -38,7 +38,7 @@ def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     ]
     start = float(assemble_cached(mechanism).start[0])
     if not springs:
-        return start - 1.0, start + 1.0  # efforts do not depend on the position
+        return start - 1.0, start + 1.0  # in this case, the efforts do not depend on the position
     stiffness = sum(one.stiffness.value for one in springs if one.stiffness)
     sources = assemble_cached(mechanism).packed.sources
     reach = float(np.max(sources.constant * sources.limit)) / stiffness

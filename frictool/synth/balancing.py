@@ -15,7 +15,7 @@ def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.floa
 
     In balanced coordinates both Gramians are the same diagonal matrix, whose entries are the Hankel
     singular values. Two kinds of states are left out: states that are unreachable or unobservable
-    to working precision, and states with a singular value of at most `negligible` times the
+    to working precision, and states with a Hankel singular value of at most `negligible` times the
     largest.
     """
     if not k.order:

@@ -2,9 +2,9 @@
 
 A box contains all plants whose parameters lie in given intervals. The search first tries to prove a
 bound slightly above the largest norm at the corners of the box; the slack is the relative
-difference. If the proof fails at a plant, the norm of this plant is added to those of the corners,
-and the slack is doubled. After a proof with a larger slack, the search starts again with the
-smallest slack, SLACK, as long as the proved bound falls.
+difference. If the proof fails at a plant, the norm of this plant is added to the norms of the
+corners, and the slack is doubled. After a proof with a larger slack, the search starts again with
+the smallest slack, SLACK, as long as the proved bound falls.
 """
 
 from __future__ import annotations

@@ -183,7 +183,7 @@ def running_linear(
     if design.speed_input:
         linear = msgspec.structs.replace(linear, input="speed_error")
     if posed.method.provided_gains and design.form == "state_space":
-        # conditional integration instead of back-calculation, as in 5.2.2
+        # conditional integration instead of back-calculation, as in thesis 5.2.2
         linear = msgspec.structs.replace(
             linear, anti_windup=(0.0,) * len(linear.anti_windup), conditional=True
         )

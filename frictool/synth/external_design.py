@@ -1,7 +1,7 @@
 """Import of a controller from another tool, with verification.
 
-The checks are those of acceptance.py, but the norm of the loop may have any value. The weights only
-define the norm that the document states.
+The controller must pass the checks of acceptance.py; the norm of the loop may have any value. The
+weights only define the norm that the document states.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def external_controller(
         name=name,
         axis=model.axis,
         structure="position" if position_law is None else "speed_cascade",
-        method=next(iter(METHODS)),  # a valid design needs a method; this one is never run
+        method=next(iter(METHODS)),  # a valid design needs a method; this method is never run
         weights=weights or Weights(),
         position_law=position_law,
         prefilter=prefilter,

@@ -157,7 +157,7 @@ def _with_drive_peak(model: Model, spec: Spec) -> tuple[Model, str]:
         return unchanged
     try:
         load = disturbance(model)
-    except NoSolutionError:  # the callers refuse this load
+    except NoSolutionError:  # the callers reject this load
         return unchanged
     helping = load.gravity + load.ripple + load.spring
     reduced = peak.value + helping / actuator.constant.interval[0]
@@ -261,7 +261,7 @@ def _longest_step(
 ) -> float:
     """Return the length [rad | m] of the longest step that is possible in the required time [s].
 
-    between: two lengths [rad | m], of which the first is possible and the second is not.
+    between: a possible length and an impossible length [rad | m].
     """
     possible, impossible = between
     for _ in range(LENGTHS):

@@ -32,7 +32,7 @@ MOVING = ("response_time_95_s", "rise_time_s")  # requirements that an axis at r
 
 
 class LeastDrive(NamedTuple):
-    """Largest drive that is too weak for a test, and the friction that is the reason.
+    """Largest drive that is too weak for a test, and the friction that makes it too weak.
 
     - drive: drive signal, A | V; 0 if there is no bound
     - parameter: name of the friction, `coulomb` or `breakaway`
@@ -83,11 +83,12 @@ def check_least_drive(
 def least_drive(
     model: Model, spec: Spec, scenario: Scenario, plants: Sequence[Mapping[str, float]]
 ) -> LeastDrive:
-    """Return the largest of the two bounds over all plants; parameters as in `check_least_drive`.
+    """Return the larger bound of all plants; `check_least_drive` describes the parameters.
 
-    There is no bound (drive 0) if the friction may be less than the Coulomb friction: if the
-    friction depends on the position, or if the model has presliding or a backlash. There is also no
-    bound if the scenario contains disturbances, drifts, a temperature, sensor faults or commands.
+    There is no bound (drive 0) if the friction may be less than the Coulomb friction. This is
+    possible if the friction depends on the position, or if the model has presliding or a backlash.
+    There is also no bound if the scenario contains disturbances, drifts, a temperature, sensor
+    faults or commands.
     """
     targets = _targets(spec, scenario)
     share = _load_share(model, spec, targets)
@@ -121,9 +122,9 @@ def _unbounded(model: Model, scenario: Scenario) -> bool:
 def _frictions(
     model: Model, plants: Sequence[Mapping[str, float]]
 ) -> Iterator[tuple[float, float, float]]:
-    """Yield Coulomb friction, breakaway [N m | N] and drive constant of each plant that has values.
+    """Yield Coulomb friction, breakaway [N m | N] and drive constant of each plant with values.
 
-    The frictions are those of the direction in which they are smaller.
+    Each friction is the smaller of its values in both directions.
     """
     today, backward = model.parameters, model.laws.backward if model.laws is not None else None
     opposite = [backward.coulomb, backward.breakaway] if backward is not None else [None, None]

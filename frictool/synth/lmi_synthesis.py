@@ -16,8 +16,8 @@ from frictool.plant.lti import Lti
 from frictool.synth.synthesis_problem import SynthesisProblem
 
 # (pole of W2 [rad/s]) times the sample period
-SLOW = 5e-5  # a slower pole is nearly an integrator
-EASY = 1e-4  # the inequalities are well-conditioned
+SLOW = 5e-5  # below this value, the pole is nearly an integrator
+EASY = 1e-4  # above this value, the inequalities are well-conditioned
 
 
 def solve_inequalities(

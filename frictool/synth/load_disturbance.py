@@ -51,8 +51,8 @@ class LoadDisturbance:
 def disturbance(model: Model) -> LoadDisturbance:
     """Return the largest load terms within the intervals of the model.
 
-    Raises NoSolutionError if the load has a spring with a negative stiffness or on a bench without
-    a travel, or if the sum of load and Coulomb friction may exceed the actuator's effort.
+    Raises NoSolutionError if the sum of load and Coulomb friction may exceed the actuator's effort,
+    if a spring has a negative stiffness, or if the bench of a model with a spring has no travel.
     """
     load = (model.laws.load if model.laws else None) or Load()
     today = model.parameters

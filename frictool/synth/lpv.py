@@ -55,7 +55,7 @@ def lpv(problem: SynthesisProblem) -> ControllerCandidate:
     check_claim(k, plants[0], lyapunov.gamma, f"the {design.frozen_at} plant")
     for point, plant, corner in zip(box.vertices, plants[1:], corners, strict=True):
         check_claim(
-            corner, plant, lyapunov.gamma, f"vertex {point.name} with the controller of that vertex"
+            corner, plant, lyapunov.gamma, f"vertex {point.name} with the controller of this vertex"
         )
     return problem.candidate(k, lyapunov.gamma, lyapunov.optimum, scheduled=corners, over=box)
 

@@ -142,7 +142,7 @@ def _refuse(problem: SynthesisProblem) -> None:
 
 
 def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) -> PlantPoint:
-    """Return the plant `others` with the scheduled parameters replaced by normalised `values`.
+    """Return the plant `others`, with its scheduled parameters set from the normalised `values`.
 
     -1 and 1 stand for the ends of a parameter's interval in `box`.
     """

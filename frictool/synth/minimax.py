@@ -30,10 +30,10 @@ from frictool.typing import Vector
 Progress = Callable[[str], None]
 
 ORDER = {"position": 4, "speed": 3}  # order if the design does not state one
-DRAWN = 300  # random controllers drawn
-STARTS = 8  # best of the drawn controllers, which are improved
-KEPT = 2  # controllers that get a further pole
-PLACES = 4  # frequencies tried for each further pole
+DRAWN = 300  # number of random controllers drawn
+STARTS = 8  # number of drawn controllers that are improved, the best ones
+KEPT = 2  # number of controllers that get a further pole
+PLACES = 4  # number of frequencies tried for each further pole
 ROUNDS, LAST_ROUNDS = 25, 60  # rounds of each descent, and of the last one
 LEVEL = 0.01  # relative difference of norms below which vertices are treated as equally bad
 CLEAR = 1.001  # factor on the specified modulus margin, a reserve for rounded coefficients

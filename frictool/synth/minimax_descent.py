@@ -27,7 +27,7 @@ from frictool.typing import Vector
 GRID = 100  # frequencies of the grid
 ACTIVE = 0.6  # fraction of the worst gain; a step ignores smaller gains
 REMEMBERED = 8  # peak frequencies kept per plant
-STEPS = 30  # iterations of the quadratic programs within one box
+STEPS = 30  # largest number of iterations of SLSQP within one box
 # half-widths of the box, in scaled parameters
 FIRST_BOX, LARGEST_BOX, SMALLEST_BOX = 0.5, 1.0, 1e-4
 SETTLED = 1e-6  # relative improvement below which a descent has converged

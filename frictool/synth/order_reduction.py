@@ -2,11 +2,11 @@
 
 Balanced truncation removes the states with the smallest Hankel singular values. The error of the
 reduced controller is at most twice the sum of these values (Enns 1984; Glover 1984), and the direct
-gain is unchanged. Residualisation (singular perturbation) has the same error bound. Residualisation
-leaves the steady state unchanged, but changes the direct gain. The bound applies to the controller,
-not to the closed loop. The caller therefore passes a function that checks the loop with each
-reduced controller, and raises NoSolutionError if the check fails. An integrator is split off first
-and not reduced.
+gain is unchanged. Residualisation (singular perturbation) has the same error bound. It leaves the
+steady state unchanged, but changes the direct gain. The bound applies to the controller, not to the
+closed loop. The caller therefore passes a function that checks the loop with each reduced
+controller, and raises NoSolutionError if the check fails. An integrator is split off first and not
+reduced.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
     speed_cascade    C(s) = K (1 + 1/(T_i s)) on the speed error
 
 K is the gain, T_i the integral time, T_d the derivative time, and T_d/a the time constant of the
-derivative's low-pass. The formulas are those of thesis (5.39) and section 5.2.3. The output of C is
-an effort; the drive is the effort divided by the actuator's constant. C is sampled as a
+derivative's low-pass. Thesis (5.39) and section 5.2.3 give the formulas. The output of C is an
+effort; the drive is the effort divided by the actuator's constant. C is sampled as a
 zero-order-hold equivalent with sample period T. The integral and the low-pass (tau = T_d/a) take
 the error of sample k into account after the command of sample k:
 

@@ -169,7 +169,7 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
     if len(first) and not len(poles):
         return np.asarray(first * [gain, gain, gain, 1.0, 1.0, 1.0])
     sections = paired_sections(zeros, poles, gain)
-    # each pole without a zero delays by one sample: shift a numerator with a free coefficient
+    # each pole without a zero delays by one sample: shift a numerator that has a free coefficient
     for _ in range(len(poles) - len(zeros)):
         row = int(np.argmin(np.abs(sections[:, 2])))
         sections[row, :3] = [0.0, sections[row, 0], sections[row, 1]]

@@ -9,10 +9,10 @@ poles:
   noise
 - delay: one pole at z = 0 for each sample, as in the plant
 
-The best w, m, f are chosen by these criteria, in this order: the nominal step response with the
-prefilter is within 5 % in the specified time; the modulus margin at the worst vertex is at least
-the specified margin; the nominal overshoot is at most the specified overshoot; the margin is as
-large as possible. The margin is not guaranteed: the poles are placed at the centre of the
+The best w, m, f are chosen by these criteria, in order of priority: the nominal step response with
+the prefilter is within 5 % in the specified time; the modulus margin at the worst vertex is at
+least the specified margin; the nominal overshoot is at most the specified overshoot; the margin is
+as large as possible. The margin is not guaranteed: the poles are placed at the centre of the
 intervals, and the loop is then verified at every vertex.
 
 The polynomial T of the reference equals S. The target runs drive = (S/R)(reference - position)
@@ -190,7 +190,8 @@ class _PlacementSearch:
     def merit(self, trial: PlacementTrial) -> tuple[float, float, float, float]:
         """Return the criteria of a trial in order of priority; larger is better.
 
-        The first three criteria are 0 if met, else minus the violation. The last one is the margin.
+        The first three criteria are 0 if met, else minus the violation. The last criterion is the
+        margin.
         """
         required = CLEAR * (self.problem.spec.modulus_margin or 0.0)
         return (

@@ -218,7 +218,7 @@ def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
     The blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with separate output coefficients. N = r1 + q1
     (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d.
     The diagonal blocks keep the poles even if poles nearly coincide; a companion form of the
-    product would lose that accuracy.
+    product would lose this accuracy.
     """
     n = sum(len(factor) - 1 for factor in factors)
     a = np.zeros((n, n))

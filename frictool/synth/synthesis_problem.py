@@ -192,7 +192,7 @@ class SynthesisProblem:
     def discretised(self, k: Lti) -> Lti:
         """Return `k` discretised by Tustin's method; a sampled `k` is returned unchanged.
 
-        The sample period is that of bench.yaml.
+        bench.yaml states the sample period.
         """
         return k if k.period else tustin(k, self.period, self.design.prewarp_rad_s or 0.0)
 

@@ -2,15 +2,15 @@
 
 The weight on the command changes with W3. The thesis changes W1 and W3 by hand, from (1, 1.26) with
 gamma 20.9 to (0.1, 0.05) with gamma 1.15 (5.4.3.1). gamma does not fall when W1 rises. For each W3,
-the largest W1 with gamma <= 1 can therefore be enclosed between a feasible and an infeasible W1; it
-is one point of the trade-off curve. To save evaluations, the search interpolates: it assumes that
-gamma^2 minus its value at W1 = 0 is proportional to a power of W1, which is nearly true. Without
-two points to interpolate, the search bisects.
+the largest W1 with gamma <= 1 can therefore be enclosed between a feasible and an infeasible W1.
+This W1 is one point of the trade-off curve. To save evaluations, the search interpolates. It
+assumes that gamma^2 minus its value at W1 = 0 is proportional to a power of W1, which is nearly
+true. Without two points to interpolate, the search bisects.
 
 W3 is lowered only as long as W1 rises. The result is the point with the largest W3 among the
 points whose W1 is within 10 % of the largest W1. At still lower W3, W1 falls again, because the
-noise weight of one encoder count grows. The search ends at the W3 at which this noise alone reaches
-the limit of W2, also in a design without a noise weight.
+noise weight of one encoder count grows. The search ends at the value of W3 at which this noise
+alone reaches the limit of W2, even if the design has no noise weight.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from frictool.plant.generalised_plant import PlantWeights
 from frictool.synth.synthesis_problem import SynthesisProblem
 from frictool.synth.weights import ChosenWeights
 
-COLUMNS = 6  # values of W3 tried before the best one is refined
+COLUMNS = 6  # number of values of W3 tried before the best value is refined
 REFINEMENTS = 4
 FLAT = 0.9  # share of the largest W1 above which W1 is treated as largest
 BUDGET = 48  # largest number of evaluations

@@ -94,7 +94,7 @@ class ChosenWeights:
 
 
 def choose_weights(model: Model, spec: Spec, design: Design) -> ChosenWeights:
-    """Return the weights W1 to W5, and those of command and eta (plant/generalised_plant.py).
+    """Return the weights W1 to W5, W_u and W_eta (plant/generalised_plant.py).
 
     Raises FrictoolError if a weight is not in the design and does not follow from the
     specification and bench.yaml.
@@ -123,7 +123,7 @@ class _WeightRules:
                 "error",
                 1.0,
                 "",
-                "the gains are provided; no weights apply, the norm is that of the sensitivity",
+                "the gains are provided; no weights apply, the norm is the largest sensitivity",
             )
             return ChosenWeights(PlantWeights(FirstOrderWeight(1.0), 0.0, 0.0), tuple(self.derived))
         error = self._template()

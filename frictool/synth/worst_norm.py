@@ -6,7 +6,7 @@
 P11 to P22 are the blocks of the generalised plant, K is the controller, and T the closed loop.
 sigma is the largest singular value, u and v are its singular vectors. K has one input and one
 output, and is thus a complex number at each frequency. Thousands of responses can therefore be
-evaluated at once. The sensitivity S = 1/(1 - P22 K) is the special case P11 = P21 = 1 and P12 =
+evaluated together. The sensitivity S = 1/(1 - P22 K) is the special case P11 = P21 = 1 and P12 =
 P22.
 """
 

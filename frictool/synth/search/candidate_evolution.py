@@ -19,7 +19,7 @@ from frictool.typing import IntVector, Vector
 Objective = Callable[[Vector, float], float]
 FACTOR = (0.4, 0.9)  # range of the factor of differences, drawn once per generation
 CROSSOVER = 0.8  # probability that a coordinate of the child is mutated
-DRAWN = 6  # points that are drawn for each child, of which two are used
+DRAWN = 6  # number of points drawn for each child; two of them are used
 
 
 def evolve(objective: Objective, population: Vector, random: np.random.Generator) -> None:

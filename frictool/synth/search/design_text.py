@@ -45,7 +45,7 @@ EFFECTS = {
     "friction_compensation.smoothing_speed": "speed below which the added friction fades",
     "friction_compensation.gain": "share of the model's friction: more starts sooner",
     "recentring": "the inequalities are solved at this multiple of the smallest gamma",
-    "ease": "multiple of that gamma: more gives lower gains and more margin",
+    "ease": "multiple of the gamma of the inequalities: more gives lower gains and more margin",
 }
 # the same for a position law with `action: none`
 EFFECTS_DRIVEN = {

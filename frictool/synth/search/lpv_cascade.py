@@ -11,8 +11,8 @@ and `softness`:
 
 t_s and v_s are the scales of time and speed, relative to the clutch. `response` is the specified
 response time, `step` the longest step of the reference, `limit` the drive's limit, F the Coulomb
-friction, and q the quotient (encoder count)/step, divided by its value for the clutch. Softness and
-bandwidth are rounded to powers of 2, so that few sets of inequalities must be solved.
+friction, and q the quotient (encoder count)/step, relative to the quotient of the clutch. Softness
+and bandwidth are rounded to powers of 2, so that few sets of inequalities must be solved.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from frictool.synth.search.candidate_family import CandidateFamily, SearchedPara
 from frictool.synth.search.design_scales import DesignScales
 
 CANDIDATES = 250
-RESPONSE, SPEED, STEP, COUNT = 0.22, 227.0, 50.0, 0.1122  # of the clutch [s, rad/s, rad, rad]
+RESPONSE, SPEED, STEP, COUNT = 0.22, 227.0, 50.0, 0.1122  # clutch [s, rad/s, rad, rad]
 BANDWIDTH, DISTURBANCE, DRIVE, NOISE = 40.0, 0.03, 25.0, 0.01
 CHANNEL = 0.03  # unit of the uncertainty channel, as a share of the Coulomb friction
 STARTS = {

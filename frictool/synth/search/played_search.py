@@ -6,12 +6,12 @@ starting point. Each requirement must be met with a reserve, a distance to the l
 of a requirement is the missing part of its reserve. The objective is the largest shortfall plus a
 fraction of the sum of all shortfalls. A candidate is played on few plants first, and on all plants
 if it is promising; the plant with the worst result is then added to the few plants. A test ends
-early if the plants up to then already make the candidate worse than the candidate that it would
+early if the simulated plants already make the candidate worse than the candidate that it would
 replace. The plants that failed last are played first. The search ends with the first candidate that
-passes the whole test with the reserve, passes the tests with other plants without the reserve, and
-is verified. If there is no such candidate, the search continues without the reserve from the best
-candidates. The values of a candidate are the worst values of all tests in which the candidate was
-played.
+meets three conditions: it passes the whole test with the reserve, it passes the tests with other
+plants without the reserve, and it is verified. If there is no such candidate, the search continues
+without the reserve from the best candidates. The values of a candidate are the worst values of all
+tests in which the candidate was played.
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ POPULATION, SPREAD = 18, 0.25  # candidates of a generation; their spread around
 PROMISING = RESERVE  # shortfall on few plants up to which a candidate is played on all plants
 REPORTED = 100  # candidates between two progress messages
 MOST_HARD = 10  # largest number of plants in the test on few plants
-CONTINUED = 0.5  # candidates without the reserve, relative to those with it
+CONTINUED = 0.5  # number of candidates without the reserve, relative to the number with it
 NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
 
 class PlayedExtent(IntEnum):
-    """Largest test that a candidate completed: no test, a test with few plants, or with all."""
+    """Largest test that a candidate completed: none, a test with few plants, or with all plants."""
 
     NONE = 0
     FEW = 1
@@ -270,7 +270,7 @@ class CandidateSearch:
         spread: float,
         random: np.random.Generator,
     ) -> None:
-        while True:  # until a candidate passes or their number is reached
+        while True:  # until a candidate passes, or the largest number is played
             population = best + random.normal(0.0, spread, (POPULATION, best.size))
             population[: len(starts)] = starts
             evolve(self._objective, np.clip(population, 0.0, 1.0), random)

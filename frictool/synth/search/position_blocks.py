@@ -43,7 +43,7 @@ RELEASE = ("rest_share", "settled_share")  # parameters without effect if the dr
 
 
 def position_law(scales: DesignScales, values: Mapping[str, float]) -> PositionLawDesign:
-    """Return the position law and its rest band, which first brakes the axis and then releases it.
+    """Return the position law; in its rest band, the drive brakes the axis and then becomes 0.
 
     The drive stays on if it must hold the load. The law is proportional if the model has no Coulomb
     friction.
