@@ -68,6 +68,7 @@ WIDEST_PART = 1.5  # longest interval of starts of one tube [rad | m]
 FIRST_PAUSE = 20
 SLACK = 1e-7  # margin of the compared positions [rad | m] and times [s]
 ROUND_SIZE = 500  # cells of the search between two estimates of the expected gain
+GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 Ends = tuple[float, float]
 Box = dict[str, Ends]
 
@@ -541,13 +542,12 @@ def share_of(test: BoxTest, path: str) -> float:
     for ends, cell in sides:
         kinks |= {end / value for end in ends for value in cell if value > 0.0}
     points = sorted(point for point in kinks if low <= point <= high)
-    nodes, weights = np.polynomial.legendre.leggauss(4)
     total = 0.0
     for left, right in itertools.pairwise(points):
-        j = 0.5 * (left + right) + 0.5 * (right - left) * nodes
+        j = 0.5 * (left + right) + 0.5 * (right - left) * GAUSS_NODES
         product = np.ones_like(j)
         for ends, cell in sides:
             covered = np.minimum(ends[1], cell[1] * j) - np.maximum(ends[0], cell[0] * j)
             product *= np.maximum(covered, 0.0) / (ends[1] - ends[0])
-        total += 0.5 * (right - left) * float(weights @ product)
+        total += 0.5 * (right - left) * float(GAUSS_WEIGHTS @ product)
     return total / (high - low)

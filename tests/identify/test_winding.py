@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from frictool.identify.fit_result import Interval
 from frictool.identify.measurement.winding import WindingLog, winding
@@ -55,13 +56,10 @@ def signals(seed: int, turning: float = 1.0) -> tuple[Vector, Vector, Vector]:
     speed = turning * (size * np.sin(np.outer(fine, rate) + phase)).sum(axis=1)
     time = np.arange(samples) * PERIOD
     position = turning * (-size / rate * np.cos(np.outer(time, rate) + phase)).sum(axis=1)
-    current, i = np.empty(samples), 0.0
     decay = float(np.exp(-RESISTANCE / INDUCTANCE * PERIOD / SUBSTEPS))
-    for k in range(samples):
-        current[k] = i
-        for j in range(SUBSTEPS):
-            final = (held[k] - BACK_EMF * speed[k * SUBSTEPS + j]) / RESISTANCE
-            i = final + decay * (i - final)
+    final = (np.repeat(held, SUBSTEPS) - BACK_EMF * speed) / RESISTANCE
+    after = lfilter([1.0 - decay], [1.0, -decay], final)
+    current = np.concatenate([[0.0], after[SUBSTEPS - 1 : -1 : SUBSTEPS]])
     counts = np.floor(position * 8192 / (2.0 * np.pi) + draw.uniform())
     return counts, held, current + 0.02 * draw.standard_normal(samples)
 
