@@ -65,6 +65,14 @@ def note_winding_lag(path: Path, model: Model) -> None:
         note(f"warning: {path}: {text}")
 
 
+def note_ringing(path: Path, model: Model) -> None:
+    """Warn if the model lacks a resonance that its logs show."""
+    from frictool.documents.ringing import missing_ringing
+
+    if text := missing_ringing(model):
+        note(f"warning: {path}: {text}")
+
+
 def note_travel(path: Path, bench: Bench) -> None:
     """Warn that a test may reach an end stop, if the bench states no travel."""
     if bench.mechanics.travel is None:

@@ -138,6 +138,7 @@ def main() -> None:
             remark=_remark,
             example_values=_warn_of_examples(),
             bench_values=_warn_of_bench_values,
+            ringing=_warn_of_ringing,
         ),
     ):
         _run(debug)
@@ -199,6 +200,10 @@ def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
 
 def _warn_of_bench_values(path: str, reason: str) -> None:
     click.echo(printable(f"warning: {bench_values_words(path, reason)}"), err=True)
+
+
+def _warn_of_ringing(path: str, text: str) -> None:
+    click.echo(printable(f"warning: {path}: {text}"), err=True)
 
 
 def _prepare() -> None:

@@ -9,6 +9,7 @@ import click
 
 from frictool.cli.common_options import NamedPath, existing, json_option
 from frictool.cli.console_output import (
+    note_ringing,
     note_temperature,
     note_travel,
     note_winding_lag,
@@ -104,6 +105,7 @@ def command(
     if step.model is not None:
         note_temperature(bench, step.model, vertices=True)
         note_winding_lag(bench, step.model)
+        note_ringing(bench, step.model)
     words = command_line("plan", {"bench": bench, "logs": logs, "--spec": spec, "--narrow": narrow})
     provenance = provenance_of_command(words, inputs)
     if step.test is not None:

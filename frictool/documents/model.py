@@ -20,7 +20,7 @@ from frictool.documents.quantity import (
     PositiveVelocityEstimate,
     ViscousEstimate,
 )
-from frictool.documents.resonances import Resonances
+from frictool.documents.resonances import Oscillation, Resonances
 from frictool.runtime.object_view import ObjectView
 
 if TYPE_CHECKING:
@@ -91,6 +91,8 @@ class Model(
     - `measurement`: Properties of the rig, from `identify --measurement`.
     - `resonances`: Modes of compliant links, from `frictool reduce`. A controller is verified with
       these modes. A model with modes cannot be simulated as a single axis.
+    - `ringing`: Oscillation of the position after stops in the logs, with the undamped frequency at
+      rest. Margins and simulations do not include it.
     - `bench_values_only`: Reason why no parameter was identified (`identify --keep-bench-values`).
       Every parameter then has the value in bench.yaml, and `synth` does not accept the model.
     """
@@ -110,6 +112,7 @@ class Model(
     presliding: Presliding | None = None
     measurement: Measurement | None = None
     resonances: Resonances | None = None
+    ringing: Oscillation | None = None
     bench_values_only: str | None = None
 
     def plot(self) -> Figure:

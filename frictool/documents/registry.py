@@ -22,6 +22,7 @@ from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.promise import Promise
 from frictool.documents.proof import Proof
+from frictool.documents.ringing import missing_ringing
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import DocumentError, InputFileError
@@ -80,8 +81,11 @@ def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
     document = cast(T, DocumentReader(path).read(node, kind or _kind(node, path), ""))
     if keys := examples_of(document):
         notifications.example_values(str(path), keys)
-    if isinstance(document, Model) and document.bench_values_only is not None:
-        notifications.bench_values(str(path), document.bench_values_only)
+    if isinstance(document, Model):
+        if document.bench_values_only is not None:
+            notifications.bench_values(str(path), document.bench_values_only)
+        if (missing := missing_ringing(document)) is not None:
+            notifications.ringing(str(path), missing)
     return document
 
 

@@ -11,6 +11,7 @@ import msgspec
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, provenance_of_call
+from frictool.documents.ringing import missing_ringing
 from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.breakaway.rate_table import breakaway_over_rate
 from frictool.identify.duplicate_logs import refuse_duplicates
@@ -21,6 +22,7 @@ from frictool.identify.measurement.bench_measurement import (
     measurement,
     motor_measurement,
 )
+from frictool.identify.measurement.ringing import ringing
 from frictool.identify.measurement.winding import winding_of_records
 from frictool.identify.methods import IdentificationRequest
 from frictool.identify.model_document import bench_model, model_of
@@ -129,6 +131,10 @@ def identify(
         result = replace(result, warnings=(*result.warnings, doubt))
     if motor and not request.measurement:
         model = msgspec.structs.replace(model, measurement=motor_measurement(motor, bench))
+    model = msgspec.structs.replace(model, ringing=ringing([*records, *slopes], model))
+    missing = missing_ringing(model)
+    if missing is not None:
+        result = replace(result, warnings=(*result.warnings, missing))
     if request.measurement:
         kinds = result.kinds
         sliding = [one for one in (*records, *slopes) if kinds.get(one.name) == SLIDING_LOG]

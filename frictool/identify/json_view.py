@@ -45,6 +45,7 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
         "presliding": None
         if model is None or model.presliding is None
         else to_builtins(model.presliding),
+        "ringing": None if model is None or model.ringing is None else to_builtins(model.ringing),
         "servo": to_builtins(fit.constants) if fit and fit.constants else None,
         "ramp": _ramp_view(ramp) if ramp else None,
         "breakaway_over_rate": None if result.over_rate is None else asdict(result.over_rate),

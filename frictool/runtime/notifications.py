@@ -23,6 +23,7 @@ class Receivers(TypedDict, total=False):
     remark: Callable[[str], None]
     example_values: Callable[[str, tuple[str, ...]], None]
     bench_values: Callable[[str, str], None]
+    ringing: Callable[[str, str], None]
 
 
 _receivers: ContextVar[Receivers] = ContextVar("receivers")
@@ -60,6 +61,12 @@ def bench_values(path: str, reason: str) -> None:
     """Notify that all values of the model at `path` come from the bench; `reason` says why."""
     if receiver := _current().get("bench_values"):
         receiver(path, reason)
+
+
+def ringing(path: str, text: str) -> None:
+    """Notify that the model at `path` lacks a resonance that its logs show; `text` names it."""
+    if receiver := _current().get("ringing"):
+        receiver(path, text)
 
 
 def _current() -> Receivers:

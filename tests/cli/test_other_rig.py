@@ -16,6 +16,7 @@ from frictool.documents.laws import Laws, Load
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.resonances import Oscillation, Resonances
+from frictool.documents.ringing import missing_ringing
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from studies.command_line import run
@@ -190,6 +191,19 @@ def test_a_model_of_the_bench_s_values_is_named_by_every_command_and_verdict(
             "verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml"
         ).stderr
     )
+
+
+def test_every_command_warns_of_a_ringing_that_the_model_lacks(rig: ControllerRig) -> None:
+    rung = Oscillation(100.0, 0.02, (98.0, 102.0))
+    lacking = msgspec.structs.replace(clutch_model(), ringing=rung)
+    text = "after stops, the position rings at 15.9 Hz (15.6 to 16.2)"
+    rig.write(lacking, played(), 0.1)
+    model = rig.folder / "model.yaml"
+    assert text in rig.simulate().stderr
+    assert text in run("verify", rig.folder / "controller.yaml", "--model", model).stderr
+    assert text in run("synth", model, "--spec", rig.folder / "spec.yaml").stderr
+    known = Resonances(links=("belt",), poles=(rung,))
+    assert missing_ringing(msgspec.structs.replace(lacking, resonances=known)) is None
 
 
 def test_verify_computes_the_margin_with_the_resonances_of_the_model(rig: ControllerRig) -> None:

@@ -1,1 +1,1 @@
-"""Measurement of backlash, delay between channels, current-loop lag and motor winding."""
+"""Measurement of backlash, delay between channels, current-loop lag, winding and ringing."""
