@@ -57,19 +57,11 @@ def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
         note(f"warning: {path}: {text}; let the ranges in bench.yaml include these values")
 
 
-def note_winding_lag(path: Path, model: Model) -> None:
-    """Warn if the model's voltage drive lacks the measured lag of the winding."""
-    from frictool.adapters.winding_lag import missing_winding_lag
+def note_missing_effects(path: Path, model: Model) -> None:
+    """Warn of effects that the logs of a model show, but that the model lacks."""
+    from frictool.documents.missing_effects import missing_effects
 
-    if text := missing_winding_lag(model):
-        note(f"warning: {path}: {text}")
-
-
-def note_ringing(path: Path, model: Model) -> None:
-    """Warn if the model lacks a resonance that its logs show."""
-    from frictool.documents.ringing import missing_ringing
-
-    if text := missing_ringing(model):
+    for text in missing_effects(model):
         note(f"warning: {path}: {text}")
 
 

@@ -138,7 +138,7 @@ def main() -> None:
             remark=_remark,
             example_values=_warn_of_examples(),
             bench_values=_warn_of_bench_values,
-            ringing=_warn_of_ringing,
+            missing_effect=_warn_of_missing_effect,
         ),
     ):
         _run(debug)
@@ -202,7 +202,7 @@ def _warn_of_bench_values(path: str, reason: str) -> None:
     click.echo(printable(f"warning: {bench_values_words(path, reason)}"), err=True)
 
 
-def _warn_of_ringing(path: str, text: str) -> None:
+def _warn_of_missing_effect(path: str, text: str) -> None:
     click.echo(printable(f"warning: {path}: {text}"), err=True)
 
 

@@ -9,10 +9,9 @@ import click
 
 from frictool.cli.common_options import NamedPath, existing, json_option
 from frictool.cli.console_output import (
-    note_ringing,
+    note_missing_effects,
     note_temperature,
     note_travel,
-    note_winding_lag,
     print_json,
     say,
 )
@@ -104,8 +103,7 @@ def command(
     )
     if step.model is not None:
         note_temperature(bench, step.model, vertices=True)
-        note_winding_lag(bench, step.model)
-        note_ringing(bench, step.model)
+        note_missing_effects(bench, step.model)
     words = command_line("plan", {"bench": bench, "logs": logs, "--spec": spec, "--narrow": narrow})
     provenance = provenance_of_command(words, inputs)
     if step.test is not None:

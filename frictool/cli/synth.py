@@ -10,7 +10,6 @@ import click
 from frictool.cli.common_options import NamedPath, existing, json_option, output_option
 from frictool.cli.console_output import (
     note_temperature,
-    note_winding_lag,
     print_json,
     say,
     use_colour,
@@ -145,7 +144,6 @@ def command(
 
     model_document, spec_document = load(model, Model), load(spec, Spec)
     note_temperature(model, model_document, vertices=True)
-    note_winding_lag(model, model_document)
     design_document = None if design is None else load(design, Design)
     named: dict[Path, Any] = {model: model_document, spec: spec_document}
     same_axis(named if design is None else {**named, design: design_document})

@@ -18,11 +18,11 @@ from frictool.documents.example_values import examples_of
 from frictool.documents.friction import Friction
 from frictool.documents.key_meanings import meanings_of, structs_of, summary_of
 from frictool.documents.mechanism import Mechanism
+from frictool.documents.missing_effects import missing_effects
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.promise import Promise
 from frictool.documents.proof import Proof
-from frictool.documents.ringing import missing_ringing
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import DocumentError, InputFileError
@@ -84,8 +84,8 @@ def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
     if isinstance(document, Model):
         if document.bench_values_only is not None:
             notifications.bench_values(str(path), document.bench_values_only)
-        if (missing := missing_ringing(document)) is not None:
-            notifications.ringing(str(path), missing)
+        for text in missing_effects(document):
+            notifications.missing_effect(str(path), text)
     return document
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import msgspec
 
 from frictool.documents.bench import Bench
+from frictool.documents.missing_effects import missing_ringing
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, provenance_of_call
-from frictool.documents.ringing import missing_ringing
 from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.breakaway.rate_table import breakaway_over_rate
 from frictool.identify.duplicate_logs import refuse_duplicates

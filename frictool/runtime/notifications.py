@@ -23,7 +23,7 @@ class Receivers(TypedDict, total=False):
     remark: Callable[[str], None]
     example_values: Callable[[str, tuple[str, ...]], None]
     bench_values: Callable[[str, str], None]
-    ringing: Callable[[str, str], None]
+    missing_effect: Callable[[str, str], None]
 
 
 _receivers: ContextVar[Receivers] = ContextVar("receivers")
@@ -63,9 +63,9 @@ def bench_values(path: str, reason: str) -> None:
         receiver(path, reason)
 
 
-def ringing(path: str, text: str) -> None:
-    """Notify that the model at `path` lacks a resonance that its logs show; `text` names it."""
-    if receiver := _current().get("ringing"):
+def missing_effect(path: str, text: str) -> None:
+    """Notify that the model at `path` lacks an effect that its logs show; `text` names it."""
+    if receiver := _current().get("missing_effect"):
         receiver(path, text)
 
 

@@ -13,10 +13,10 @@ import pytest
 from frictool.documents.bench import Encoder, Winding
 from frictool.documents.digests import with_digests
 from frictool.documents.laws import Laws, Load
+from frictool.documents.missing_effects import missing_ringing
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.resonances import Oscillation, Resonances
-from frictool.documents.ringing import missing_ringing
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from studies.command_line import run

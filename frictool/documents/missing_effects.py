@@ -1,10 +1,33 @@
-"""Lag of a voltage drive by the inductance of the motor's winding (`measurement` of a model)."""
+"""Warnings about effects that a model's logs show, but that its equations lack."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Iterator
 
 from frictool.documents.model import Model
 
 DIGITS = 3  # significant digits of the entry that the text suggests
+
+
+def missing_effects(model: Model) -> Iterator[str]:
+    """Yield a warning for each effect that the logs of `model` show, but that it lacks."""
+    for missing in (missing_winding_lag, missing_ringing):
+        if text := missing(model):
+            yield text
+
+
+def missing_ringing(model: Model) -> str | None:
+    """Return a warning if the model has no resonance, but its logs show one, else None."""
+    one = model.ringing
+    if one is None or model.resonances is not None:
+        return None
+    rates = (one.rad_s, *(one.interval_rad_s or (one.rad_s,)))
+    value, *ends = (f"{rate / (2.0 * math.pi):.3g}" for rate in rates)
+    return (
+        f"after stops, the position rings at {value} Hz ({' to '.join(ends)}): a compliance that "
+        "margins and simulations of this model lack; test controllers on a mechanism with it"
+    )
 
 
 def missing_winding_lag(model: Model) -> str | None:
