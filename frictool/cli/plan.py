@@ -41,8 +41,8 @@ A column feedforward in the test is the effort that the position loop has to add
 `frictool simulate --as-bench` plays a test without hardware.
 
 Exit code 1 if the direction of the encoder is wrong, if two tests show neither inertia nor
-friction, or if only the ranges of the bench prevent a controller; 4 if no controller meets the
-specification.
+friction, if the last strokes narrowed no interval, or if only the ranges of the bench prevent a
+controller; 4 if no controller meets the specification.
 """
 
 

@@ -5,30 +5,39 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import msgspec
+import numpy as np
+
 from frictool.documents.laws import Laws
+from frictool.documents.load_terms import Term
 from frictool.documents.quantity import si_unit
 from frictool.identify import methods
+from frictool.identify.assess.identifiability import WEAK_FORM
 from frictool.identify.axis_logs import AxisLogs
-from frictool.identify.breakaway.breakaway import Breakaway, breakaway
-from frictool.identify.breakaway.friction_map import breakaway_laws, friction_map
+from frictool.identify.breakaway.breakaway import Breakaway, BreakawayOverPosition, breakaway
+from frictool.identify.breakaway.friction_map import breakaway_laws, friction_map, shape_at
 from frictool.identify.breakaway.onset_detection import FEWEST_ONSETS, find_onsets
 from frictool.identify.breakaway.stribeck_velocity import StribeckFall, StribeckVelocityRange
 from frictool.identify.estimators.auto import inertia_over_position
-from frictool.identify.fit_result import SlidingFit, UnusableLogs
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_warnings import cover_travel
+from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.interval_checks import below_coulomb
 from frictool.identify.orientation import opposite_signs
 from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_intervals
 from frictool.identify.ramp_load import ramp_load
+from frictool.identify.regression.term_selection import WORTH
+from frictool.identify.rows.effects import WHAT
+from frictool.identify.rows.load_terms import ONLY_OFFSET
+from frictool.identify.rows.position_orders import FITTED_ORDERS
+from frictool.identify.sliding_parameters import with_force_error, with_unmodelled_effects
 
 NO_RAMPS = "no log of breakaway ramps was provided"
 MAP_HIDES_OFFSET = (
     "friction over position is fitted for each direction, and the offset cannot be separated from "
     "half the difference between the directions; the bench's value is used"
 )
-POSITION_HIDES_INERTIA = (
-    "acceleration and friction both vary along a stroke, and this method cannot separate them; "
-    "the bench's value is used; try --method auto or weak"
-)
+OVER_POSITION: tuple[Term, ...] = ("friction_over_position", "load_over_position")
 
 
 def with_breakaway(logs: AxisLogs, sliding: Outcome) -> Outcome:
@@ -99,9 +108,11 @@ def _known_fall(sliding: Outcome) -> StribeckVelocityRange | None:
 def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
     """Return the outcome with laws for a breakaway that varies with position or time at rest.
 
-    If the breakaway varies with position, a friction map replaces viscous friction, Coulomb
-    friction and offset, which were fitted under the assumption of constant friction. If the sliding
-    logs cannot determine a map, only the breakaway depends on position.
+    If the breakaway varies with position, the sliding parameters that were fitted under the
+    assumption of constant friction are replaced. There are two candidates: a regression with
+    friction over position, and a friction map. The map is used if its force error is noticeably
+    smaller, or if there is no regression. If there is neither, or if the sliding logs go far beyond
+    the ramps and there is no regression, only the breakaway depends on position.
     """
     ramp, fit, laws = outcome.ramp, outcome.fit, outcome.laws
     if ramp is None or (ramp.by_position is None and ramp.rising is None):
@@ -110,20 +121,42 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
     unmapped = laws is not None and (laws.load or laws.backward)
     if ramp.by_position is None or unmapped:
         return _with_laws(logs, outcome, ramp, laws)
-    why = None
+    regression = None
     if fit is not None:
-        outcome, why = _inertia_over_position(logs, outcome, fit)
+        outcome, regression = _fitted_over_position(logs, outcome, fit, ramp.by_position)
+    mapped = _mapped(logs, outcome, ramp) if cover_travel(ramp, logs.sliding) else None
+    if regression is None:
+        return mapped or _with_laws(logs, outcome, ramp, None)
+    fitted = _with_laws(
+        logs, _with_coulomb_of_ramps(logs, regression, ramp.by_position), ramp, None
+    )
+    if mapped is None or not _force_error(logs, mapped) < WORTH * _force_error(logs, fitted):
+        return fitted
+    return mapped
+
+
+def _force_error(logs: AxisLogs, outcome: Outcome) -> float:
+    assert outcome.fit is not None
+    fit = replace(outcome.fit, laws=outcome.laws, force_error=None)
+    error = with_force_error(fit, logs, outcome.from_logs).force_error
+    return math.inf if error is None else error
+
+
+def _mapped(logs: AxisLogs, outcome: Outcome, ramp: Breakaway) -> Outcome | None:
+    """Return the outcome with the friction map, or None if the logs do not determine it."""
     axis = sliding_intervals(outcome.from_logs, logs.bench)
     axis["offset"] = bench_interval(logs.bench, "offset")
     try:
         mapped = friction_map(logs.sliding, logs.ramps, ramp, axis, logs.bench, logs.settings)
     except UnusableLogs:
-        return _with_laws(logs, outcome, ramp, None)
+        return None
     refused = mapped.fit.refused
     if "offset" not in mapped.fit.parameters:
         refused = {"offset": MAP_HIDES_OFFSET, **refused}
     accepted = accept(mapped.fit.parameters, logs.bench, refused)
-    fit = replace(mapped.fit, why=why)
+    fit = mapped.fit
+    if outcome.fit is not None and "inertia" in outcome.identified:
+        fit = replace(fit, why=outcome.fit.why, explanations=outcome.fit.explanations)
     outcome = outcome.without("viscous", "coulomb", "offset").merge(replace(accepted, fit=fit))
     return _with_laws(logs, outcome, mapped.ramp, fit.laws)
 
@@ -133,29 +166,125 @@ def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws 
     return outcome.merge(Outcome({"breakaway": ramp.parameter}, ramp=ramp, laws=laws))
 
 
-def _inertia_over_position(
-    logs: AxisLogs, outcome: Outcome, fit: SlidingFit
-) -> tuple[Outcome, str | None]:
+def _over_position(fit: SlidingFit) -> bool:
+    return not FITTED_ORDERS.keys().isdisjoint(fit.effects)
+
+
+def _with_coulomb_of_ramps(logs: AxisLogs, outcome: Outcome, law: BreakawayOverPosition) -> Outcome:
+    """Return the outcome with the mean Coulomb friction over the positions of the ramps.
+
+    The fit gives the mean over the slipping samples. Friction in slip is proportional to the
+    breakaway.
+    """
+    coulomb = outcome.identified.get("coulomb")
+    if coulomb is None or not logs.rows:
+        return outcome
+    position = np.concatenate([rows.position for rows in logs.rows])
+    velocity = np.concatenate([rows.velocity for rows in logs.rows])
+    ratio = float(np.mean(shape_at(position, velocity, law)))
+    ends = (coulomb.value, coulomb.low, coulomb.high)
+    return outcome.merge(Outcome({"coulomb": Interval(*(end / ratio for end in ends))}))
+
+
+def _fitted_over_position(
+    logs: AxisLogs, outcome: Outcome, fit: SlidingFit, law: BreakawayOverPosition
+) -> tuple[Outcome, Outcome | None]:
     """Replace an inertia that was fitted under the assumption of constant friction.
 
-    With method `auto`, the weak form fits the inertia together with friction that varies with
-    position, if the logs allow this. Otherwise, the inertia is refused. The returned text says why
-    the methods were chosen, or is None.
+    The inertial effort is the same function of the acceleration in both directions; friction
+    changes its sign. The fit is therefore repeated with friction over position and, if the
+    directions have different laws, with a load over position. With method `auto`, the inertia comes
+    from the weak form if its interval is narrower. If there is neither, the inertia is refused.
+
+    Return the outcome with this inertia, and the outcome with all parameters of the fit with
+    friction over position, or None.
     """
-    if fit.details.get("position_order"):
-        return outcome, fit.why
-    if "inertia" in fit.parameters:
-        outcome = outcome.merge(Outcome(refused={"inertia": POSITION_HIDES_INERTIA}))
-    weak = (
-        inertia_over_position(logs.sliding, logs.bench, logs.settings)
-        if logs.method == methods.DEFAULT
-        else None
-    )
-    if weak is None:
+    if _over_position(fit):
+        return outcome, outcome
+    if fit.details.get("position_order") or "inertia" not in {*fit.parameters, *fit.refused}:
         return outcome, None
-    accepted = accept({"inertia": weak.parameters["inertia"]}, logs.bench)
+    terms = OVER_POSITION[:1] if law.common else OVER_POSITION
+    declared = logs.bench.load or ONLY_OFFSET if fit.load is None else fit.load
+    named = tuple(dict.fromkeys((*declared.terms, *terms)))
+    load = msgspec.structs.replace(declared, terms=named)
+    regression = None
+    again = _refitted(logs, replace(fit, load=load), law)
+    if again is not None:
+        accepted = accept(again.parameters, logs.bench, again.refused)
+        if "inertia" in accepted.identified:
+            regression = outcome.without(*SLIDING).merge(replace(accepted, fit=again))
+    weak = _weak_inertia(logs, outcome, replace(fit, load=load))
+    if weak is not None:
+        inertia = weak.identified["inertia"]
+        if regression is None or inertia.half_width < regression.identified["inertia"].half_width:
+            return weak, None
+    if regression is not None:
+        return regression, regression
+    refused = {"inertia": _hidden_inertia(logs, fit)} if "inertia" in fit.parameters else {}
+    return outcome.merge(Outcome(refused=refused)), None
+
+
+def _weak_inertia(logs: AxisLogs, outcome: Outcome, fit: SlidingFit) -> Outcome | None:
+    """Return the outcome with the inertia by the weak form, or None.
+
+    The result is None unless the method is `auto`, and if `fit` contains effects other than
+    friction over position, which the weak form lacks.
+    """
+    load = fit.load
+    if logs.method != methods.DEFAULT or load is None or {*load.terms} - {"offset", *OVER_POSITION}:
+        return None
+    weak = inertia_over_position(logs.sliding, logs.bench, logs.settings)
+    if weak is None:
+        return None
+    wider = with_unmodelled_effects(logs, replace(weak, method=WEAK_FORM, load=load))
+    accepted = accept({"inertia": wider.fit.parameters["inertia"]}, logs.bench)
+    if "inertia" not in accepted.identified:
+        return None
     why = f"friction by sines and ramps. inertia by weak: {weak.why}"
-    return outcome.without("inertia").merge(accepted), why
+    return outcome.without("inertia").merge(replace(accepted, fit=replace(fit, why=why)))
+
+
+def _refitted(logs: AxisLogs, fit: SlidingFit, law: BreakawayOverPosition) -> SlidingFit | None:
+    """Return a fit with the load terms of `fit`, with widened intervals, or None.
+
+    Within the positions of the ramps, the polynomial of the friction has the order of `law`.
+    """
+    inside = all(
+        law.low <= end <= law.high
+        for record in logs.sliding
+        for end in (np.min(record.position), np.max(record.position))
+    )
+    order = max(len(powers) for powers in law.powers) - 1 if inside else None
+    name = fit.method or logs.method
+    if logs.method == methods.DEFAULT and not _fits_effects(name):
+        name = methods.REFERENCE
+    if not _fits_effects(name):
+        return None
+    settings = replace(logs.settings, position_order=order)
+    why = f"{name} with {WHAT[OVER_POSITION[0]]}, which the ramps show"
+    try:
+        again = refit(logs.sliding, logs.bench, settings, replace(fit, method=name), {})
+    except UnusableLogs:
+        return None
+    return with_unmodelled_effects(logs, replace(again, why=why)).fit
+
+
+def _fits_effects(method: str) -> bool:
+    row = methods.METHODS[method]
+    return row.load and row.known_terms is None
+
+
+def _hidden_inertia(logs: AxisLogs, fit: SlidingFit) -> str:
+    method = fit.method or logs.method
+    advice = (
+        "record more strokes over the same positions with different accelerations"
+        if logs.method == methods.DEFAULT
+        else "use --method auto"
+    )
+    return (
+        f"friction varies along a stroke like the acceleration, and {method} does not separate "
+        f"them; {advice}"
+    )
 
 
 def without_impossible_breakaway(outcome: Outcome) -> Outcome:

@@ -89,28 +89,38 @@ def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
     ]
 
 
+def cover_travel(ramp: Breakaway, records: Sequence[MotionRecord]) -> bool:
+    """Return whether the ramps cover at least MOST_OF_TRAVEL of the travel of the records."""
+    travel = max((float(np.ptp(record.position)) for record in records), default=0.0)
+    return float(np.ptp(ramp.position)) >= MOST_OF_TRAVEL * travel
+
+
 def local_ramp_warnings(
     ramp: Breakaway | None, fit: SlidingFit | None, records: Sequence[MotionRecord], bench: Bench
 ) -> list[str]:
     """Return a warning if the breakaway holds at the positions of the ramps only.
 
-    The warning is given if the logs of sliding show friction or a load over position that the model
-    lacks, if the ramps cover less than MOST_OF_TRAVEL of the travel of these logs, and if the
-    breakaway of the ramps is constant. A ripple widens the interval instead.
+    The warning is given if the ramps cover less than MOST_OF_TRAVEL of the travel of the logs of
+    sliding. If the breakaway is constant, these logs must also show friction or a load over
+    position that the model lacks. A ripple widens the interval instead.
     """
-    if ramp is None or ramp.by_position is not None or fit is None:
+    if ramp is None or fit is None or cover_travel(ramp, records):
         return []
+    low, high = float(ramp.position.min()), float(ramp.position.max())
+    length, unit = si_unit("position", bench.axis), si_unit("effort", bench.axis)
+    if ramp.by_position is not None:
+        return [
+            f"friction over position: measured from {low:.3g} to {high:.3g} {length} only, less "
+            "than half of the strokes; no friction map is fitted; record ramps over the travel"
+        ]
     missing = [
         one
         for one in fit.explanations
         if one.name == "friction_over_position"
         or (one.state == "left" and one.name in ("spring", "gravity"))
     ]
-    low, high = float(ramp.position.min()), float(ramp.position.max())
-    travel = max((float(np.ptp(record.position)) for record in records), default=0.0)
-    if not missing or high - low >= MOST_OF_TRAVEL * travel:
+    if not missing:
         return []
-    length, unit = si_unit("position", bench.axis), si_unit("effort", bench.axis)
     return [
         f"breakaway: measured from {low:.3g} to {high:.3g} {length} only, but the logs of sliding "
         f"show {missing[0].what} ({missing[0].effort:.2g} {unit} rms); record ramps over the travel"

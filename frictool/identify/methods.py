@@ -335,6 +335,8 @@ class IdentificationSettings:
     - pipeline: filters of inverse-dynamic and friction-force
     - fixed: intervals of the sliding parameters that are not fitted; each parameter is fixed at the
       value of its interval
+    - position_order: highest order of friction over position that is fitted if the load terms
+      contain this effect; None for all orders
     """
 
     confidence: float = 0.95
@@ -344,6 +346,7 @@ class IdentificationSettings:
     forgetting: float | None = None
     pipeline: PublishedFilters | None = None
     fixed: Mapping[str, Interval] = field(default_factory=dict)
+    position_order: int | None = None
 
     @classmethod
     def of_options(cls, confidence: float, options: Mapping[str, Any]) -> IdentificationSettings:

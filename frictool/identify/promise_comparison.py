@@ -2,8 +2,9 @@
 
 `promise.yaml` states for each parameter the half width to expect from a test of `frictool excite`.
 An identified half width may be larger because the log is too short, because drive or position are
-too noisy, or because the Cramér-Rao bound of the recorded strokes is too large. If none of these
-reasons applies, the friction model lacks an effect.
+too noisy, or because the Cramér-Rao bound of the recorded strokes is too large. If these reasons do
+not explain the ratio of the half widths, the logs contain an effect that the simulations of the
+test lack, such as friction over position (`shown_effects`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
+from frictool.documents.name_list import listed
 from frictool.documents.promise import Promise
 from frictool.documents.quantity import Quantity
 from frictool.errors import InputFileError
@@ -25,7 +27,9 @@ from frictool.identify.excite.precise_strokes import QUANTILE
 from frictool.identify.excite.stroke_candidates import worst_axis
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.from_logs import IdentifiedModel
+from frictool.identify.identification import Identification
 from frictool.identify.model_document import unit_of
+from frictool.identify.rows.effects import WHAT
 
 MORE = 1.2  # ratio of the log's noise or bound to the promise's value that counts as a reason
 SHORT = 0.95  # share of the test's duration below which a log counts as shorter than the test
@@ -114,25 +118,36 @@ def compare_with_promise(
         found = outcome.result.identified.get(name)
         reached = None if found is None else found.half_width
         kept = reached is not None and reached <= half.value
-        reasons = () if kept else _reasons(name, outcome, bench, promise)
+        reasons = () if kept else _reasons(name, reached, outcome, bench, promise)
         unit = unit_of(name, bench)
         out.append(PromisedParameter(name, half.value, reached, unit, reasons))
     return out
 
 
+def shown_effects(result: Identification) -> tuple[str, ...]:
+    """Return the names of the effects besides inertia and constant friction that the logs show."""
+    names = [] if result.fit is None else [one.what for one in result.fit.explanations]
+    if result.laws is not None and result.laws.position is not None:
+        names.append(WHAT["friction_over_position"])
+    return tuple(dict.fromkeys(names))
+
+
 def _reasons(
-    name: str, outcome: IdentifiedModel, bench: Bench, promise: Promise
+    name: str,
+    reached: float | None,
+    outcome: IdentifiedModel,
+    bench: Bench,
+    promise: Promise,
 ) -> tuple[str, ...]:
     result = outcome.result
-    refused = [result.refused[name]] if name in result.refused else []
+    reasons = [result.refused[name]] if name in result.refused else []
     if name not in SLIDING:
         ramp = result.ramp
         onsets = "no ramps were passed" if ramp is None else f"{ramp.onsets} onsets were detected"
-        return (*refused, onsets)
+        return (*reasons, onsets)
     sliding = [one for one in outcome.records if result.kinds.get(one.name) == SLIDING_LOG]
     if not sliding:
-        return (*refused, "no log of sliding motion was passed")
-    reasons = refused
+        return (*reasons, "no log of sliding motion was passed")
     lasting = sum(one.time.size * one.period for one in sliding)
     if lasting < SHORT * promise.duration.value and promise.half_widths.breakaway is None:
         reasons.append(f"the logs last {lasting:.4g} s, the test {promise.duration.value:.4g} s")
@@ -141,33 +156,42 @@ def _reasons(
     except UnusableLogs as error:
         return (*reasons, str(error))
     constant = bench.actuator.constant
-    noise = facts.sensing.noise / constant.value
-    if noise > MORE * promise.drive_noise.value:
-        reasons.append(
-            f"the measured drive has a noise of {noise:.3g} {promise.drive_noise.unit}, the "
-            f"promise assumes {promise.drive_noise.value:.3g}"
-        )
     step = bench.encoder.resolution
-    if facts.sensing.step > MORE * step:
-        reasons.append(
-            f"the position is as noisy as with an encoder step of "
-            f"{facts.sensing.step:.3g}, the bench states {step:.3g}"
-        )
     assumed = SensorPrecision(
         facts.sensing.period, step, promise.drive_noise.value * constant.interval[1]
     )
     axis = replace(worst_axis(bench), loads=facts.axis.loads)
     bound = QUANTILE * float(cramer_rao(list(facts.strokes), axis, assumed)[SLIDING.index(name)])
     planned: Quantity | None = getattr(promise.bounds, name)
-    if planned is not None and not bound <= MORE * planned.value:
+    worse = 1.0 if planned is None else max(bound / planned.value, 1.0)
+    noise = facts.sensing.noise / constant.value
+    coarse = max(noise / promise.drive_noise.value, facts.sensing.step / step, 1.0)
+    half = getattr(promise.half_widths, name).value
+    effects = shown_effects(result)
+    ratio = np.inf if reached is None else reached / half
+    if effects and ratio > MORE * worse:
+        return (*reasons, f"the logs show {listed(effects)}, which the promise does not contain")
+    if noise > MORE * promise.drive_noise.value:
+        reasons.append(
+            f"the measured drive has a noise of {noise:.3g} {promise.drive_noise.unit}, the "
+            f"promise assumes {promise.drive_noise.value:.3g}"
+        )
+    if facts.sensing.step > MORE * step:
+        reasons.append(
+            f"the position is as noisy as with an encoder step of "
+            f"{facts.sensing.step:.3g}, the bench states {step:.3g}"
+        )
+    if worse > MORE or not np.isfinite(worse):
         allowed = f"+-{bound:.3g} at best" if np.isfinite(bound) else "no estimate"
+        assert planned is not None
         reasons.append(
             f"the recorded strokes allow {allowed}, the planned ones +-{planned.value:.3g}: the "
             "recorded strokes are slower, shorter or fewer"
         )
-    if not reasons:
+    if not reasons or ratio > MORE * worse * coarse:
+        planned_alike = "length, noise and strokes are as planned: " if not reasons else ""
         reasons.append(
-            "length, noise and strokes are as planned: the residual probably has a part that the "
-            "model lacks, such as a load, or friction that varies with position"
+            f"{planned_alike}the residual probably has a part that the model lacks, such as a "
+            "load, friction that varies with position, or a lag of the drive"
         )
     return tuple(reasons)

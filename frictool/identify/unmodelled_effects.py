@@ -58,7 +58,11 @@ from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, late_reading
 from frictool.identify.outcome import sliding_intervals
-from frictool.identify.winding_delay import winding_delay
+from frictool.identify.winding_delay import (
+    current_between_samples,
+    undeclared_winding,
+    winding_delay,
+)
 from frictool.plant.weak_form import effort_weights
 from frictool.typing import Vector
 
@@ -137,12 +141,17 @@ def widened(
     moved += _of_sampling(records, inertial, viscous)
     winding = winding_delay(inertial, viscous, records, bench)
     moved += winding.effects if winding is not None else []
+    between = current_between_samples(inertial, records, bench)
+    moved += between
     parameters = _with_shifts(parameters, fit, bench, (*accepted, *moved))
     wide = _with_shifts(parameters, fit, bench, hidden_effects(regression))
     notes = {}
     if winding is not None and "inertia" in wide:
         wide["inertia"] = winding.corrected(wide["inertia"])
         notes["inertia"] = winding.warning(wide["inertia"], bench)
+    unknown = None if between else undeclared_winding(inertial, records, bench)
+    if unknown is not None and "inertia" in wide:
+        notes["inertia"] = unknown
     noticeable = [one for one in accepted if one.held_out < NOTICEABLE]
     best = min(noticeable, key=lambda one: one.significance, default=None)
     if best is None or best.significance > CERTAIN:

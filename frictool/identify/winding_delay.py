@@ -1,4 +1,6 @@
-"""Inertia of a voltage drive whose effort is delayed by the voltage or by the winding.
+"""Inertia of a drive whose effort is delayed by the voltage or by the winding.
+
+For a voltage drive:
 
     effort(t) = inertia a + viscous v + ... + delay (effort)'        the whole effort acts late
 
@@ -10,6 +12,17 @@ and the resistance R; K^2/R is at most the viscous friction.
 
 If the log contains the motor current, too, `measurement/winding.py` identifies L, R and K. The
 inertia is then larger by (L/R) K k, where k = K/R is the effort per volt.
+
+A log of a current drive contains one current per sample period T. If the current is held between
+the samples, only the delay of the readings is unknown. If instead the voltage of the winding is
+held, the back-EMF changes the current between two samples. At the acceleration a, the mean current
+of a period then differs from the mean of the two readings by
+
+    g i' + g K a/R        g = T (coth(r/2)/2 - 1/r), r = R T/L
+
+for readings before the updates of the voltage, and by its negative for readings after them. A fit
+with a delay contains the first term: g is the fitted delay relative to the mean of two readings.
+The second term changes the inertia by g K^2/R, at most T/2 K^2/R (`current_between_samples`).
 """
 
 from __future__ import annotations
@@ -20,7 +33,7 @@ from dataclasses import dataclass
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
-from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
+from frictool.identify.effect_regression import DELAY, AcceptedEffects, EffectRegression
 from frictool.identify.fit_result import Interval
 from frictool.identify.measurement.bench_measurement import contradicting_constant
 from frictool.identify.measurement.winding import (
@@ -29,9 +42,10 @@ from frictool.identify.measurement.winding import (
     RESISTANCE,
     winding_of_records,
 )
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import JITTER, MotionRecord
 
 WHAT = "the inductance of the winding"
+BETWEEN_SAMPLES = "the current between two samples"
 
 
 @dataclass(frozen=True)
@@ -139,3 +153,59 @@ def _of_current(
         return WindingDelay(possible, undecided="gives a longer L/R than the delay of the effort")
     value = min(constant.value * back_emf.value * lag, possible.high)
     return WindingDelay(possible, Interval(value, least, min(most, possible.high)), lag)
+
+
+def current_between_samples(
+    regression: EffectRegression | None, records: Sequence[MotionRecord], bench: Bench
+) -> list[AcceptedEffects]:
+    """Return the possible shift of the inertia of a current drive whose winding holds its voltage.
+
+    The result is empty for another drive, and if the bench states the lag of the current. A logged
+    voltage that explains the current determines R, K and L. Otherwise, the bench has to state R,
+    and the fit has to contain a delay of more than T/2, which readings of a held current cannot
+    have; L is then unknown. The fitted delay also determines the sign of the shift.
+    """
+    actuator = bench.actuator
+    if regression is None or actuator.drive != "current" or actuator.logged_lag_s > 0.0:
+        return []
+    delay = regression.intervals().get(DELAY)
+    period = max(record.period for record in records)
+    between = 0.0 if delay is None else delay.value - 0.5 * period
+    found = winding_of_records(records, regression.confidence)
+    resistance, back_emf, inductance = (
+        found.get(name) for name in (RESISTANCE, BACK_EMF, INDUCTANCE)
+    )
+    share = 0.5
+    if isinstance(resistance, Interval) and isinstance(back_emf, Interval) and resistance.low > 0.0:
+        damping = back_emf.high / resistance.low
+        if isinstance(inductance, Interval) and inductance.low > 0.0:
+            ratio = period * resistance.high / inductance.low
+            share = 0.5 / math.tanh(0.5 * ratio) - 1.0 / ratio
+    elif actuator.winding is not None and between > 0.0:
+        damping = actuator.constant.interval[1] / actuator.winding.resistance_ohm
+    else:
+        return []
+    shift = math.copysign(actuator.constant.value * damping * share * period, between)
+    return [
+        AcceptedEffects((BETWEEN_SAMPLES,), 1.0, {"inertia": shift}, one_sided=delay is not None)
+    ]
+
+
+def undeclared_winding(
+    regression: EffectRegression | None, records: Sequence[MotionRecord], bench: Bench
+) -> str | None:
+    """Return a warning if the winding may change a current between its samples, but R is unknown.
+
+    The fitted delay is then between T/2 and T. `current_between_samples` has no result.
+    """
+    actuator = bench.actuator
+    if regression is None or actuator.drive != "current" or actuator.logged_lag_s > 0.0:
+        return None
+    delay = regression.intervals().get(DELAY)
+    period = max(record.period for record in records)
+    if actuator.winding is not None or delay is None or not 0.5 < delay.low / period < 1.0 + JITTER:
+        return None
+    return (
+        f"inertia: the current acts {1e3 * delay.value:.3g} ms before its sample; if the voltage "
+        "is held, the back-EMF makes the inertia larger; log the voltage, or state actuator.winding"
+    )

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws
 from frictool.documents.model import Model, Parameters
 from frictool.documents.provenance import provenance_of_call
 from frictool.documents.quantity import Estimate
 from frictool.identify.model_document import unit_of
 
 
-def assumed_axis(bench: Bench, values: Mapping[str, float]) -> Model:
-    """Return the model of an axis of the bench with the parameters `values`, SI."""
+def assumed_axis(bench: Bench, values: Mapping[str, float], laws: Laws | None = None) -> Model:
+    """Return the model of an axis of the bench with the parameters `values`, SI, and `laws`."""
     parameters = Parameters(
         **{
             name: Estimate(value, value, value, unit_of(name, bench), source="assumed")
@@ -30,4 +31,5 @@ def assumed_axis(bench: Bench, values: Mapping[str, float]) -> Model:
         parameters=parameters,
         provenance=provenance_of_call("frictool.plan.assumed_axis"),
         not_identified={},
+        laws=laws,
     )

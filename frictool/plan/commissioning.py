@@ -5,6 +5,7 @@
     ramps without breakaway   strokes, then ramps again, at most MOST_RAMPS times
     ramps                     strokes: friction and inertia, unless no strokes are safe
     strokes without result    strokes with other reversals; after MOST_STROKES logs, no test
+    strokes that narrow nothing     no test; the logs show an effect that the model lacks
     ramps, or strokes         search for a controller that meets the specification
         for all plants        steps, to validate the model; commissioning is complete
         for the logs' intervals only    no test; the bench's ranges are too wide for any controller
@@ -21,11 +22,14 @@ bench's ranges in the design of the next test.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws
 from frictool.documents.model import Model
+from frictool.documents.name_list import listed
 from frictool.documents.quantity import si_unit
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
 from frictool.identify.axis_logs import SLIDING_LOG
@@ -37,6 +41,7 @@ from frictool.identify.excite.precise_strokes import (
 from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.identification import Identification, NothingIdentified
 from frictool.identify.orientation import OPPOSITE
+from frictool.identify.promise_comparison import shown_effects
 from frictool.logs.log import Log
 from frictool.plan.contained_motion import ContainedDesign
 from frictool.plan.controller_search import SearchAnswer
@@ -48,6 +53,7 @@ FIRST_RAMPS = 0.1  # requested half width of the breakaway's interval, relative 
 FIRST_STROKES = 0.05  # requested half widths of friction and inertia, relative to their values
 FALLBACK_DURATION = 30.0  # s, of the best strokes if FIRST_STROKES cannot be reached
 FINER = 0.5  # half widths requested from a repeated test, relative to the reached half widths
+LEAST_GAIN = math.sqrt(1.0 / FINER)  # ratio of half widths without and with a useful log
 SLIDING = ("inertia", "viscous", "coulomb")
 MOST_RAMPS = 2  # largest number of tests of drive ramps
 MOST_STROKES = 2  # logs of motion from which no sliding parameter is identified
@@ -149,7 +155,48 @@ def next_step(
             return _strokes(bench_for_test(bench, model), why, outcome.result, reached)
         except NoSolutionError as error:
             untested = str(error)
-    return _designed(bench, outcome, answer_of, narrow, untested)
+    return _designed(bench, logs, outcome, answer_of, narrow, untested)
+
+
+def _no_gain(bench: Bench, logs: Sequence[Log], outcome: IdentifiedModel) -> str:
+    """Return why further strokes are useless, or "" if a log of strokes narrowed an interval.
+
+    Each log of strokes is left out once. A useful log decreases a half width by the factor
+    LEAST_GAIN; it was requested to decrease it by FINER.
+    """
+    kinds, known = outcome.result.kinds, outcome.result.identified
+    strokes = [log for log in logs if kinds.get(log.source) == SLIDING_LOG]
+    if len(strokes) < MOST_STROKES:
+        return ""
+    for left_out in strokes:
+        try:
+            others = identify([log for log in logs if log is not left_out], bench).result.identified
+        except NothingIdentified:
+            return ""
+        for name in SLIDING:
+            if name in known and (
+                name not in others or others[name].half_width > LEAST_GAIN * known[name].half_width
+            ):
+                return ""
+    reached = ", ".join(
+        f"{one.parameter} +-{100.0 * one.share:.2g} %"
+        for one in _reached(outcome)
+        if one.parameter in SLIDING and one.share
+    )
+    return (
+        f"{len(strokes)} logs of strokes are hardly more precise than {len(strokes) - 1} "
+        f"({reached}), so that another test would not narrow the intervals{_causes(outcome)}"
+    )
+
+
+def _causes(outcome: IdentifiedModel) -> str:
+    """Return the effects that the logs show, and how to examine the first one, as text."""
+    effects = shown_effects(outcome.result)
+    fit = outcome.result.fit
+    settle = next((one.settle for one in fit.explanations), "") if fit is not None else ""
+    return (f"; the logs show {listed(effects)}" if effects else "") + (
+        f"; {settle}" if settle else ""
+    )
 
 
 def _refusals(result: Identification, names: Sequence[str]) -> str:
@@ -184,12 +231,19 @@ def _strokes(
         return PlanStep("unexplained", why, None, reached, exit_code=EXIT_NO)
     known = bench.mechanics
     wanted = {name: FIRST_STROKES for name in SLIDING if getattr(known, name).value > 0.0}
-    request = PrecisionRequest(wanted, longest=2.0 * FALLBACK_DURATION, seed=played)
+    longest = 2.0 * FALLBACK_DURATION
+    request = PrecisionRequest(wanted, longest=longest, seed=played, laws=_over_position(result))
     try:
         test = rehearsed_strokes(bench, request)
     except NoSolutionError:
         test = rehearsed_strokes(bench, replace(request, duration=FALLBACK_DURATION))
     return PlanStep("friction and inertia", why, _compensated(test, bench), reached)
+
+
+def _over_position(result: Identification) -> Laws | None:
+    """Return the friction over position that the logs show, for simulations of a test, or None."""
+    laws = result.laws
+    return None if laws is None or laws.position is None else Laws(position=laws.position)
 
 
 def _compensated(test: PreciseTest, bench: Bench) -> PreciseTest:
@@ -208,6 +262,7 @@ def _compensated(test: PreciseTest, bench: Bench) -> PreciseTest:
 
 def _designed(
     bench: Bench,
+    logs: Sequence[Log],
     outcome: IdentifiedModel,
     answer_of: Judge,
     narrow: bool,
@@ -242,8 +297,13 @@ def _designed(
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
     widest = f"; first narrow {narrower}" if narrower else ""
     wide = f"no controller for such wide intervals ({refusal}){widest}"
+    useless = _no_gain(bench, logs, outcome)
+    if useless:
+        why = f"{wide}; {useless}{unseen}"
+        return PlanStep("unexplained", why, None, reached, model, exit_code=EXIT_NO)
+    # a test that fell short of FIRST_STROKES was precise enough in its simulations
     wanted = {
-        one.parameter: FINER * one.share
+        one.parameter: FINER * min(one.share, FIRST_STROKES)
         for one in reached
         if one.parameter in SLIDING and one.share
     } | {name: FIRST_STROKES for name in missing if getattr(bench.mechanics, name).value > 0.0}
@@ -251,9 +311,11 @@ def _designed(
         if untested is not None:
             raise NoSolutionError(untested)
         finer = bench_for_test(bench, model)
-        test = _compensated(rehearsed_strokes(finer, PrecisionRequest(wanted)), finer)
+        played = list(outcome.result.kinds.values()).count(SLIDING_LOG)
+        request = PrecisionRequest(wanted, seed=played, laws=_over_position(outcome.result))
+        test = _compensated(rehearsed_strokes(finer, request), finer)
     except NoSolutionError as error:
-        why = f"{wide}; no test narrows them: {error}{unseen}"
+        why = f"{wide}; no test narrows them: {error}{_causes(outcome)}{unseen}"
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
     why = f"{wide}; a controller exists for exact values{unseen}"
     return PlanStep("finer", why, test, reached, model)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.documents.bench import DRIVE_NOISE_SHARE, Bench
+from frictool.documents.laws import Laws
 from frictool.documents.model import Model
 from frictool.identify.excite.excitation_sequence import ExcitationSequence
 from frictool.identify.fit_result import PARAMETERS
@@ -80,6 +81,7 @@ def rehearse(
     limits: Mapping[str, float],
     noise: float | None = None,
     seed: int = 0,
+    laws: Laws | None = None,
 ) -> dict[str, HalfWidthSample]:
     """Simulate a test REHEARSALS times, and return the half widths that `identify` reports.
 
@@ -97,6 +99,8 @@ def rehearse(
         Standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit.
     seed
         Seed of axes and noise.
+    laws
+        Friction laws of the axes in addition to their parameters, such as friction over position.
 
     Returns
     -------
@@ -105,7 +109,7 @@ def rehearse(
     """
     rows: dict[str, list[float]] = {name: [] for name in limits}
     reasons: dict[str, list[str]] = {name: [] for name in limits}
-    for model, number in _drawn_axes(bench, seed):
+    for model, number in _drawn_axes(bench, seed, laws):
         widths, refused = _rehearsed(sequence, bench, model, noise, number)
         for name in limits:
             if name in widths:
@@ -137,7 +141,7 @@ def _rehearsed(
     return widths, dict(result.refused)
 
 
-def _drawn_axes(bench: Bench, seed: int) -> Iterator[tuple[Model, int]]:
+def _drawn_axes(bench: Bench, seed: int, laws: Laws | None) -> Iterator[tuple[Model, int]]:
     draw = np.random.default_rng([seed, STREAM])
     for _ in range(REHEARSALS):
         values = {
@@ -150,4 +154,4 @@ def _drawn_axes(bench: Bench, seed: int) -> Iterator[tuple[Model, int]]:
         ratio = draw.uniform(1.0, LARGEST_BREAKAWAY_RATIO)
         breakaway = values.get("breakaway", ratio * values["coulomb"])
         values["breakaway"] = max(breakaway, values["coulomb"])
-        yield assumed_axis(bench, values), int(draw.integers(2**31))
+        yield assumed_axis(bench, values, laws), int(draw.integers(2**31))

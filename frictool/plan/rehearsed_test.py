@@ -258,7 +258,8 @@ class RehearsedTests:
     def _sample(
         self, test: PreciseTest, limits: Mapping[str, float], seed: int
     ) -> dict[str, HalfWidthSample]:
-        return rehearse(test.sequence, self.bench, limits, self.request.noise, seed)
+        request = self.request
+        return rehearse(test.sequence, self.bench, limits, request.noise, seed, request.laws)
 
 
 def _next_test(

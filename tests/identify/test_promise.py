@@ -7,13 +7,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 
 from frictool.documents.bench import Bench
+from frictool.documents.laws import FrictionOverPosition, Laws, Polynomial
 from frictool.documents.promise import Promise
+from frictool.documents.quantity import Span
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import InputFileError
-from frictool.identify.from_logs import identify
+from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.promise_comparison import PromisedParameter, compare_with_promise
 from frictool.logs.log import Log
 from frictool.logs.log_reader import read_log
@@ -49,7 +52,18 @@ def belt(files: Path) -> tuple[Bench, Log, Promise]:
 def compared(
     belt: tuple[Bench, Log, Promise], noise: float, share: float = 1.0
 ) -> dict[str, PromisedParameter]:
-    bench, sequence, promise = belt
+    bench, _, promise = belt
+    return by_name(compare_with_promise(identified(belt, noise, share), bench, promise))
+
+
+def by_name(rows: list[PromisedParameter]) -> dict[str, PromisedParameter]:
+    return {row.parameter: row for row in rows}
+
+
+def identified(
+    belt: tuple[Bench, Log, Promise], noise: float, share: float = 1.0
+) -> IdentifiedModel:
+    bench, sequence, _ = belt
     stream = sequence.main
     kept = int(share * stream.time.size)
     short = replace(
@@ -65,8 +79,7 @@ def compared(
         drive_noise=noise,
         forward=feedforward(bench, sequence),
     )
-    rows = compare_with_promise(identify([log], bench), bench, promise)
-    return {row.parameter: row for row in rows}
+    return identify([log], bench)
 
 
 def test_a_log_of_the_test_keeps_the_promise(belt: tuple[Bench, Log, Promise]) -> None:
@@ -81,6 +94,29 @@ def test_more_noise_is_named(belt: tuple[Bench, Log, Promise]) -> None:
     assert not rows["coulomb"].kept
     assert any("the measured drive has a noise of 0.5" in one for one in rows["coulomb"].reasons)
     assert "missed" in rows["coulomb"].line()
+
+
+def test_an_effect_that_the_logs_show_is_the_one_reason(belt: tuple[Bench, Log, Promise]) -> None:
+    """Noise and strokes are as planned; friction over position is not in the simulations."""
+    bench, _, promise = belt
+    outcome = identified(belt, noise=0.02)
+    curve = Polynomial((1.0, 0.5))
+    laws = Laws(position=FrictionOverPosition(Span(0.0, 1.0, "m"), curve))
+    result = replace(outcome.result, laws=laws, refused={"coulomb": "not shown"})
+    known = {"inertia": outcome.result.identified["inertia"]}
+    varied = replace(outcome, result=replace(result, identified=known))
+    half = 0.1 * known["inertia"].half_width
+    strict = structs.replace(
+        promise,
+        half_widths=structs.replace(
+            promise.half_widths, inertia=structs.replace(promise.half_widths.inertia, value=half)
+        ),
+    )
+    rows = by_name(compare_with_promise(varied, bench, strict))
+    shown = "the logs show friction over position, which the promise does not contain"
+    assert rows["inertia"].reasons == (shown,)
+    assert rows["coulomb"].reasons == ("not shown", shown)
+    assert len(rows["inertia"].line()) <= 190
 
 
 def test_a_short_log_is_named(belt: tuple[Bench, Log, Promise]) -> None:

@@ -132,3 +132,17 @@ def test_a_lag_of_a_voltage_drive_only_widens() -> None:
     assert "keep L/R of the winding" in warning
     assert len(warning) <= 190
     assert not any("loop_time_constant_s" in one for one in without.result.warnings)
+
+
+def test_a_held_voltage_changes_the_current_between_its_samples() -> None:
+    """A current is read before each update of a held voltage. The back-EMF lowers these readings by
+    up to K a T/(2 R), so that the inertia seems too small by up to K^2 T/(2 R), which is 3 %."""
+    motor = WINDING
+    alone = identified(motor, 0, ("position", "current"), "current")
+    assert inertia(alone).high < motor.inertia
+    (warning,) = (one for one in alone.result.warnings if one.startswith("inertia"))
+    assert "state actuator.winding" in warning
+    assert len(warning) <= 190
+    found = inertia(identified(motor, 0, (*ALONE, "current"), "current"))
+    assert found.low <= motor.inertia <= found.high
+    assert found.high - motor.inertia < 0.01 * motor.inertia

@@ -14,22 +14,24 @@ from msgspec import structs
 from frictool.adapters.temperature_factors import reference_words
 from frictool.cli.excite_test import save_test
 from frictool.documents.bench import Bench
-from frictool.documents.laws import Laws, Load, Ripple
+from frictool.documents.laws import FrictionOverPosition, Laws, Load, Polynomial, Ripple
 from frictool.documents.model import Model
-from frictool.documents.quantity import Estimate, Quantity
+from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
 from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.excite.bench_limits import limits_of
-from frictool.identify.excite.precise_strokes import PreciseTest
+from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
+from frictool.identify.excite.precise_strokes import PreciseTest, PrecisionRequest
 from frictool.identify.excite.stroke_candidates import stroke_candidates
+from frictool.identify.fit_result import Interval
 from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.model_document import LARGEST_BREAKAWAY_RATIO, model_of
 from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log
 from frictool.plan import commissioning, rehearsed_test
-from frictool.plan.commissioning import PlanStep, next_step
+from frictool.plan.commissioning import FINER, FIRST_STROKES, SLIDING, PlanStep, next_step
 from frictool.plan.controller_search import SearchAnswer
 from frictool.plan.narrowed_model import bench_for_test, exact_model, narrowed_bench
 from frictool.plan.rehearsal import HalfWidthSample
@@ -182,6 +184,52 @@ def test_intervals_that_no_test_narrows_are_named(
     step = next_step(BELT, logs, exact_only)
     assert (step.name, step.exit_code, step.test) == ("impossible", EXIT_NO_SOLUTION, None)
     assert "no test narrows them" in step.why
+
+
+def as_wide(model: IdentifiedModel, factor: float) -> IdentifiedModel:
+    """Return the identification with half widths that are `factor` times as large."""
+    wider = {
+        name: Interval.around(one.value, factor * one.half_width)
+        for name, one in model.result.identified.items()
+    }
+    return replace(model, result=replace(model.result, identified=wider))
+
+
+@pytest.mark.parametrize(("factor", "name"), [(1.1, "unexplained"), (2.0, "finer")])
+def test_strokes_that_narrow_no_interval_are_not_repeated(
+    logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch, factor: float, name: str
+) -> None:
+    """`factor`: half widths without one of the two logs of strokes, relative to those with both."""
+    ramps, strokes = logs
+    others = [ramps, strokes, replace(strokes, source="more.mcap")]
+    outcome = identify(logs, BELT)
+    kinds = outcome.result.kinds | {"more.mcap": SLIDING_LOG}
+    laws = Laws(position=FrictionOverPosition(Span(0.0, 0.8, "m"), Polynomial((1.0, 0.5))))
+    both = replace(outcome, result=replace(outcome.result, kinds=kinds, laws=laws))
+    requests = []
+
+    def design(_: Bench, request: PrecisionRequest) -> PreciseTest:
+        requests.append(request)
+        return PreciseTest(excite("sines", BELT, ExcitationSettings()), {}, {})
+
+    monkeypatch.setattr(
+        commissioning,
+        "identify",
+        lambda some, _: both if len(some) == len(others) else as_wide(both, factor),
+    )
+    monkeypatch.setattr(commissioning, "rehearsed_strokes", design)
+    step = next_step(BELT, others, exact_only)
+    assert step.name == name
+    if name == "unexplained":
+        assert (step.test, step.exit_code) == (None, EXIT_NO)
+        assert "the logs show friction over position" in step.why
+    else:
+        (request,) = requests
+        assert request.seed == 2  # other reversals than those of the first two tests
+        assert request.laws == laws  # the next promise contains this friction
+        for one in step.reached:
+            if one.parameter in SLIDING:
+                assert request.wanted[one.parameter] <= FINER * min(one.share, FIRST_STROKES)
 
 
 def test_no_controller_even_for_exact_parameters(logs: tuple[Log, Log]) -> None:

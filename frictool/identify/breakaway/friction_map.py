@@ -137,18 +137,23 @@ def _fitted(
 
 
 def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
-    """Return the breakaway (n,) at the positions of the samples, divided by the mean breakaway.
-
-    Outside the positions of the ramps, the breakaway at the nearest position is used.
-    """
+    """Return `shape_at` (n,) at the samples of the strokes."""
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
-    forward = np.repeat(rows.means.sign > 0.0, lengths)
-    place = np.clip(rows.position, law.low, law.high)
+    return shape_at(rows.position, np.repeat(rows.means.sign, lengths), law)
+
+
+def shape_at(position: Vector, direction: Vector, law: BreakawayOverPosition) -> Vector:
+    """Return the breakaway (n,) at positions (n,), divided by the mean breakaway.
+
+    `direction` (n,) is positive for forward motion. Outside the positions of the ramps, the
+    breakaway at the nearest position is used.
+    """
+    place = np.clip(position, law.low, law.high)
     curves = [
         np.polynomial.polynomial.polyval(place, np.array(side)) / level.value
         for side, level in zip(law.powers, (law.forward, law.backward), strict=True)
     ]
-    return np.asarray(np.where(forward, *curves), dtype=np.float64)
+    return np.asarray(np.where(direction > 0.0, *curves), dtype=np.float64)
 
 
 def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -> Laws:

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws
 from frictool.errors import NoSolutionError
 from frictool.identify.assess.weak_form_precision import weak_deviation
 from frictool.identify.excite.bench_limits import BenchLimits, check_reference, limits_of
@@ -60,6 +61,8 @@ class PrecisionRequest:
       from inertia and friction, and no parameter may be much less precise than the others
     - factors: for each parameter, half width that `identify` reports divided by the computed half
       width; EXPECTED_FACTOR for a parameter that is not a key
+    - laws: friction laws of earlier logs, such as friction over position, for simulations of the
+      test; None if no log shows them
     """
 
     wanted: Mapping[str, float]
@@ -69,6 +72,7 @@ class PrecisionRequest:
     seed: int = 0
     robust: bool = True
     factors: Mapping[str, float] = field(default_factory=dict)
+    laws: Laws | None = None
 
     def factor(self, name: str) -> float:
         """Return the entry of a parameter in `factors`, or EXPECTED_FACTOR if there is no entry."""

@@ -26,6 +26,11 @@ OVER_POSITION = next(one for one in EFFECTS if one.term == "friction_over_positi
 FITTED_ORDERS = {name: k for k, name in enumerate(OVER_POSITION.names, start=1)}
 
 
+def orders_above(order: int | None) -> frozenset[str]:
+    """Return the names of the orders above `order`, of no order if `order` is None."""
+    return frozenset(name for name, k in FITTED_ORDERS.items() if order is not None and k > order)
+
+
 def spline_scale(orders: Vector, coefficients: Vector) -> float:
     """Return the scale t [N m | N] of the prior, from the coefficients (n,) of the orders (n,)."""
     return float(np.sqrt(np.mean((orders**2 * coefficients) ** 2)))

@@ -33,7 +33,7 @@ from frictool.identify.motion_record import MotionRecord, once_per_record
 from frictool.identify.rows.effects import SmoothedMotion
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.load_terms import HARMONICS, SPRING, TERMS, with_laws
-from frictool.identify.rows.position_orders import weak_orders
+from frictool.identify.rows.position_orders import orders_above, weak_orders
 from frictool.identify.rows.quantisation_limit import hidden_by_noise, refuse_hidden_inertia
 from frictool.identify.rows.regression_samples import (
     RegressionSamples,
@@ -83,12 +83,13 @@ def weighted_fit(
         def fitted(some: RegressionSamples) -> SlidingFit:
             return fit(some, weigh(some), used, settings.confidence, {"window": used}, droppable)
 
-        result = fitted(rows)
+        left_out = orders_above(settings.position_order) & rows.loads.keys()
+        result = fitted(without_loads(rows, left_out))
         weak = weak_orders(result.parameters, settings.confidence)
-        if not weak:
-            return result
-        result = fitted(without_loads(rows, weak))
-        return replace(result, dropped=(*result.dropped, *weak))
+        if weak:
+            left_out = left_out.union(weak)
+            result = fitted(without_loads(rows, left_out))
+        return replace(result, dropped=(*result.dropped, *sorted(left_out)))
 
     return slipping_fit(records, bench, settings, fitting)
 
