@@ -94,6 +94,7 @@ def test_without_a_free_swing_the_back_emf_is_refused(tmp_path: Path) -> None:
         assert low <= getattr(servo, name) <= high, name
 
 
+@pytest.mark.accept
 def test_interpolated_positions_are_named(tmp_path: Path) -> None:
     """Positions at half of the rate, interpolated between the counts, as some loggers write."""
     servo, logs = logs_of(1, True)
