@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from frictool.campaign.campaign_run import CampaignRequest as CampaignRequest
     from frictool.campaign.campaign_run import CampaignResult as CampaignResult
     from frictool.campaign.campaign_run import campaign as campaign
-    from frictool.campaign.played_design import DesignTest as DesignTest
-    from frictool.campaign.played_design import design_test as design_test
+    from frictool.campaign.design_trial import DesignTest as DesignTest
+    from frictool.campaign.design_trial import design_test as design_test
     from frictool.campaign.statistics.findings import Findings as Findings
     from frictool.campaign.trials.controller_judge import ControllerJudge as ControllerJudge
     from frictool.campaign.trials.controller_judge import PlayedVerdict as PlayedVerdict
@@ -23,7 +23,7 @@ else:
         {
             "automatic_design": ["AutomaticDesign", "design_automatically"],
             "campaign_run": ["CampaignRequest", "CampaignResult", "campaign"],
-            "played_design": ["DesignTest", "design_test"],
+            "design_trial": ["DesignTest", "design_test"],
             "statistics.findings": ["Findings"],
             "trials.controller_judge": ["ControllerJudge", "PlayedVerdict", "plants_of_model"],
             "trials.worst_case": ["WorstCase"],

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 
 from msgspec import structs
 
+from frictool.campaign.design_trial import DesignTest, longest_step_of
 from frictool.campaign.draws.default_scenario import response_time
 from frictool.campaign.narrower_range import narrower_range
-from frictool.campaign.played_design import DesignTest, longest_step_of
 from frictool.campaign.search_findings import CandidateExamination, SearchFindings
 from frictool.campaign.search_tests import search_tests
 from frictool.documents.design import Design

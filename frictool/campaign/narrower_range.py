@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import structs
 
 from frictool.adapters.parameter_intervals import breakaway_interval
-from frictool.campaign.played_design import DesignTest, design_test
+from frictool.campaign.design_trial import DesignTest, design_test
 from frictool.campaign.search_findings import CandidateExamination, NarrowerRange, missed
 from frictool.campaign.search_tests import search_tests
 from frictool.documents.model import Model

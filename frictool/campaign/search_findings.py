@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from msgspec import structs
 
-from frictool.campaign.played_design import DesignTest
+from frictool.campaign.design_trial import DesignTest
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.quantity import si_unit

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from msgspec import structs
 
+from frictool.campaign.design_trial import DesignTest
 from frictool.campaign.draws.default_scenario import response_time
-from frictool.campaign.played_design import DesignTest
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.synth.search.played_tests import PlayedTests

@@ -14,6 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from msgspec import structs
 
+from frictool.campaign.design_trial import (
+    GOLDEN,
+    DesignTest,
+    has_requirements,
+    step_lengths,
+)
 from frictool.campaign.draws.default_scenario import (
     PLACES,
     SAME,
@@ -21,12 +27,6 @@ from frictool.campaign.draws.default_scenario import (
     shortest_travel_step,
     step_duration,
     steps_scenario,
-)
-from frictool.campaign.played_design import (
-    GOLDEN,
-    DesignTest,
-    has_requirements,
-    step_lengths,
 )
 from frictool.campaign.trials.controller_judge import PlayedRequirement, PlayedVerdict
 from frictool.documents.controller import Controller

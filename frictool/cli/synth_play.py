@@ -12,7 +12,7 @@ from frictool.cli.console_output import note
 from frictool.cli.progress import note_step
 
 if TYPE_CHECKING:
-    from frictool.campaign.played_design import DesignTest
+    from frictool.campaign.design_trial import DesignTest
     from frictool.campaign.shorter_steps import ShorterSteps
     from frictool.campaign.trials.controller_judge import PlayedVerdict
     from frictool.documents.controller import Controller
@@ -73,7 +73,7 @@ def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | N
 
     `scenario`: scenario of the test; None for the default test.
     """
-    from frictool.campaign.played_design import design_test, unjudged_target, untested_reason
+    from frictool.campaign.design_trial import design_test, unjudged_target, untested_reason
     from frictool.documents.registry import load, same_axis
     from frictool.documents.scenario import Scenario
 

@@ -12,7 +12,7 @@ from frictool.cli.progress import search_progress
 
 if TYPE_CHECKING:
     from frictool.campaign.automatic_design import AutomaticDesign
-    from frictool.campaign.played_design import DesignTest
+    from frictool.campaign.design_trial import DesignTest
     from frictool.documents.design import Design
     from frictool.documents.model import Model
     from frictool.documents.spec import Spec
@@ -64,7 +64,7 @@ def design_path(controller: Path | None) -> Path | None:
 
 def unplayable(model: Model, spec: Spec) -> FrictoolError:
     """Return an error that says why a search cannot simulate its candidate designs."""
-    from frictool.campaign.played_design import has_requirements, untested_reason
+    from frictool.campaign.design_trial import has_requirements, untested_reason
     from frictool.errors import FrictoolError, NoSolutionError
 
     if not has_requirements(spec):

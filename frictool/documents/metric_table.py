@@ -88,9 +88,9 @@ class Metric:
     - definition: text without a final full stop, for the page and docs/metrics.md
     - scope: measured object: a hold, a whole stream or a closed loop
     - compute: function of `frictool/metrics/`, as module.function. Its parameters have the names of
-      properties of MeasuredPart (report/measured_part.py). The function returns either a value, or
+      properties of MeasuredPart (report/metric_samples.py). The function returns either a value, or
       two bounds of the value, or the reason why the value is unknown
-    - needs: keys of NEEDS (report/measured_part.py) without which the value is unknown
+    - needs: keys of NEEDS (report/metric_samples.py) without which the value is unknown
     - table: heading of the page's table that contains the metric
     - key: key of a specification that limits the metric or that the metric needs; "" if there is no
       such key

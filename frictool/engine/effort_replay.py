@@ -24,7 +24,7 @@ import math
 import numpy as np
 
 from frictool.engine.axis_motion import advance
-from frictool.engine.exponentials import convolved, convolved_integral, phi1, phi2
+from frictool.engine.exponential_integrals import convolved, convolved_integral, phi1, phi2
 from frictool.engine.status_codes import NOT_FINITE, OK
 from frictool.plant import axis as ax
 from frictool.plant import axis_friction_laws as al

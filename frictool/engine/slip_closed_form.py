@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.exponentials import convolved, convolved_integral, phi1, phi2
+from frictool.engine.exponential_integrals import convolved, convolved_integral, phi1, phi2
 from frictool.engine.safeguarded_newton import MAX_ITERATIONS, bracket_step
 from frictool.runtime.kernels import kernel
 

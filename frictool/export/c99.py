@@ -30,9 +30,9 @@ from frictool.export.c_statements import INDENT, NumberWriter, c_statements, ope
 from frictool.export.encoder_reading import reading_notes
 from frictool.export.encoder_wrap import wrap_context
 from frictool.export.export_origin import ExportOrigin
+from frictool.export.fixed_point_header import conversion_macros, field_note, proof_lines
 from frictool.export.golden_vectors import GoldenVectors
 from frictool.export.mode_coverage import visit_conditions
-from frictool.export.proof_table import conversion_macros, field_note, proof_lines
 from frictool.export.rounded_loop import RoundedLoop
 from frictool.export.state_meanings import state_meaning
 

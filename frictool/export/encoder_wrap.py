@@ -24,7 +24,7 @@ from frictool.documents.quantity import si_unit
 from frictool.export.c_fixed_point import FixedNumbers, moved
 from frictool.export.c_identifier import c_identifier
 from frictool.export.c_statements import NumberWriter
-from frictool.export.proof_table import multiplier
+from frictool.export.fixed_point_header import multiplier
 
 FLOAT_COUNTS = 2.0**24  # number of counts up to which a float represents every integer
 # readings of the self-test: first reading and distance [periods], number up and number down

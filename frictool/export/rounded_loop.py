@@ -23,7 +23,7 @@ from frictool.presentation.tie_rule import largest, smallest
 from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_linear
 from frictool.verify.document_check import check_feedback, loop_checks
 from frictool.verify.feedback_loops import feedbacks, running_form, virtual_friction
-from frictool.verify.loop_figures import CLAIM, loops_of
+from frictool.verify.loop_values import CLAIM, loops_of
 from frictool.verify.loop_wording import delay_words
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.speed_loop import is_required, performance

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.metrics.white_noise import noise_floor
+from frictool.metrics.drive_noise import noise_floor
 from frictool.typing import Vector
 
 

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.metrics.drive_noise import noise_floor
 from frictool.metrics.reversals import turning_points
 from frictool.metrics.sample_durations import sample_durations
-from frictool.metrics.white_noise import noise_floor
 from frictool.typing import Vector
 
 LEAST_HOLD = 15.0  # s, shortest hold in which a limit cycle can be ruled out

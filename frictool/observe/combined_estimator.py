@@ -22,10 +22,10 @@ from frictool.logs.canonical.mcap_layout import NS, StreamHeader
 from frictool.logs.log import MAIN_TOPIC
 from frictool.logs.stream_source import SampleBlock
 from frictool.observe.friction_tracker import UNBOUNDED, FrictionTracker, estimate_starts
-from frictool.observe.interval_estimate import WearEstimate
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverOutput
 from frictool.observe.second_observer import SecondObserver
+from frictool.observe.wear_estimate import WearEstimate
 from frictool.typing import Matrix, Vector
 
 ESTIMATED = ("velocity", "friction", "wear")

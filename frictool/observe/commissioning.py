@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from frictool.errors import InputFileError
-from frictool.observe.interval_estimate import EstimateRange, WearEstimate
+from frictool.observe.wear_estimate import EstimateRange, WearEstimate
 
 
 @dataclass(frozen=True)

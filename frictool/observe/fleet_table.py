@@ -15,8 +15,8 @@ from typing import Any, BinaryIO
 from frictool.logs.losses import loss_count_text
 from frictool.observe.commissioning import Commissioning, commissioning_of_estimate
 from frictool.observe.fleet import FleetResult
-from frictool.observe.interval_estimate import EstimateRange
 from frictool.observe.observation_outcome import ObservationOutcome, ratio_to
+from frictool.observe.wear_estimate import EstimateRange
 from frictool.observe.wear_limit import WearVerdict, judge
 from frictool.presentation.sections import TextTable
 

@@ -15,7 +15,6 @@ from frictool.adapters.axis_model import axis_of, load_of
 from frictool.adapters.temperature_factors import temperature_factors
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
-from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 from frictool.observe.kernels.friction_interval import (
     GAPS,
     KNOWN,
@@ -24,6 +23,7 @@ from frictool.observe.kernels.friction_interval import (
     friction_along,
 )
 from frictool.observe.motion_block import MotionBlock
+from frictool.observe.wear_estimate import EstimateRange, WearEstimate
 from frictool.typing import Matrix, Vector
 
 S = TypeVar("S", bound=msgspec.Struct)

@@ -22,13 +22,13 @@ from frictool.observe.combined_estimator import (
     estimate_along,
 )
 from frictool.observe.design.tracking import design_tracking
-from frictool.observe.interval_estimate import WearEstimate
 from frictool.observe.observation_outcome import ObservationOutcome
 from frictool.observe.rig_plausibility import implausible
 from frictool.observe.sample_stream import SampleStream, open_stream
 from frictool.observe.second_observer import SecondObserver, check_observer
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.wear_estimator import WearEstimator
+from frictool.observe.wear_estimate import WearEstimate
 
 # temperature range of a log, K, above which the model should have friction over temperature
 LEAST_RANGE = 5.0

@@ -13,7 +13,7 @@ from frictool.documents.quantity import si_unit
 from frictool.logs.losses import as_rows, loss_count_text
 from frictool.logs.raw_table import DataLoss
 from frictool.observe.commissioning import Commissioning
-from frictool.observe.interval_estimate import EstimateRange, WearEstimate
+from frictool.observe.wear_estimate import EstimateRange, WearEstimate
 from frictool.observe.wear_limit import WearVerdict, judge
 from frictool.presentation.sections import TextTable
 

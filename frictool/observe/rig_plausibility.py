@@ -9,8 +9,8 @@ clock or drive of the rig differ from bench.yaml; the logged drive signal satura
 from __future__ import annotations
 
 from frictool.documents.model import Model
-from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 from frictool.observe.wear.parameter_restriction import INERTIA_SPREAD
+from frictool.observe.wear_estimate import EstimateRange, WearEstimate
 
 TRY = "check the log's rig and units, actuator.constant, and the drive's signal for saturation"
 

@@ -23,7 +23,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from frictool.observe.interval_estimate import EstimateRange, WearEstimate
+from frictool.observe.wear_estimate import EstimateRange, WearEstimate
 
 FEWEST_MOVES = 2  # fewest moves for a verdict if the interval contains the limit
 HEALTHY = 1.0  # wear of a unit with the friction of the model

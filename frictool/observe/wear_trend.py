@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from frictool.observe.estimate_plot import LIMIT, MARGINS, WIDTH, drawing
 from frictool.observe.fleet_table import FleetRow
-from frictool.observe.interval_estimate import EstimateRange
+from frictool.observe.wear_estimate import EstimateRange
 from frictool.presentation.svg import panels, render
 
 COLOURS = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f", "#5c6b00", "#8c2f39")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from frictool.campaign.automatic_design import design_automatically
-from frictool.campaign.played_design import design_test, untested_reason
+from frictool.campaign.design_trial import design_test, untested_reason
 from frictool.campaign.shorter_steps import play_shorter_steps
 from frictool.campaign.views.played_view import shorter_text
 from frictool.campaign.views.search_view import narrower_words, refusal

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
-from frictool.plant.sign_change import sign_change
+from frictool.plant.root_search import sign_change
 
 ZONE = 0.05  # half width of the zone of the response time, relative to the step
 NEARLY_EQUAL = 1e-4  # difference of two exponents below which a derivative replaces a quotient

@@ -44,7 +44,7 @@ def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -
     Straight lines between the stored samples differ from the curve by at most `tolerance` (cone
     intersection). Samples that are not finite, and their neighbours, are kept.
     """
-    from frictool.presentation.cone_intersection import cone_indices  # loads numba
+    from frictool.presentation.curve_simplification import cone_indices  # loads numba
 
     count = abscissa.size
     if count < 3:

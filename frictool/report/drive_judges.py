@@ -11,7 +11,7 @@ from frictool.documents.spec import Spec
 from frictool.metrics.drive_peak import command_peak, drive_peak
 from frictool.metrics.rest_motion import MOTION_TOLERANCE
 from frictool.presentation.tie_rule import largest
-from frictool.report.measured_part import MeasuredPart, measure, no_drive
+from frictool.report.metric_samples import MeasuredPart, measure, no_drive
 from frictool.report.requirement import Requirement
 from frictool.report.worst_hold import (
     JudgedStreams,

@@ -20,9 +20,9 @@ from frictool.documents.spec import Spec
 from frictool.errors import LogError
 from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from frictool.logs.quality.time_base import encoder_step
+from frictool.metrics.drive_noise import noise_deviation
 from frictool.metrics.load_position_bounds import load_bounds
 from frictool.metrics.reference_holds import Hold, find_holds
-from frictool.metrics.white_noise import noise_deviation
 from frictool.presentation.decimation import finite_or_nan
 from frictool.report.plotted_velocity import shown_velocity
 from frictool.report.rig_facts import RigFacts

@@ -10,7 +10,7 @@ from frictool.documents.metric_table import HOLD_METRICS, STREAM_METRICS, Metric
 from frictool.documents.spec import Spec
 from frictool.metrics.reference_holds import Hold
 from frictool.report.evidence import StreamEvidence
-from frictool.report.measured_part import MeasuredPart, measure
+from frictool.report.metric_samples import MeasuredPart, measure
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from frictool.documents.metric_table import HOLD_METRICS, STREAM_METRICS
 from frictool.documents.spec import Spec
 from frictool.report.evidence import StreamEvidence
 from frictool.report.hold_metrics import HoldMetrics, finite_or_none, stream_metrics
-from frictool.report.measured_part import energy_window
+from frictool.report.metric_samples import energy_window
 from frictool.report.requirement import Verdict
 from frictool.report.worst_hold import NEVER
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from frictool.adapters.drive_bound import drive_bound
+from frictool.adapters.shortest_step import shortest_step_times
 from frictool.documents.controller import Controller
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
@@ -34,7 +34,9 @@ def judge_response(
         return judged
     percent = spec.overshoot_percent
     overshoot = None if percent is None else percent / 100.0
-    bound = drive_bound(controller.bench, vertex_points(controller), max(lengths), overshoot)
+    bound = shortest_step_times(
+        controller.bench, vertex_points(controller), max(lengths), overshoot
+    )
     details = {"drive_step": bound.length}
     details |= {
         f"drive_{name}_s": time

@@ -18,12 +18,12 @@ from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
 from frictool.engine.closed_loop import COMMAND
 from frictool.logs.quality.time_base import encoder_step
+from frictool.metrics.drive_noise import deviation_of, peak_factor
 from frictool.metrics.drive_peak import command_peak
 from frictool.metrics.final_value import final_value, tail_samples
 from frictool.metrics.reference_holds import ConstantRun, Hold, constant_runs, holds_of
 from frictool.metrics.rest_motion import MOTION_TOLERANCE, late_samples, peak_to_peak
 from frictool.metrics.static_error import static_error
-from frictool.metrics.white_noise import deviation_of, peak_factor
 from frictool.presentation.tie_rule import largest
 from frictool.report.rig_facts import RigFacts
 from frictool.report.run_kernels import OFF_LATTICE, lattice_distances, run_signals, step_metrics

@@ -11,7 +11,7 @@ from frictool.presentation.sections import TextTable
 from frictool.presentation.tie_rule import largest
 from frictool.report.evidence import StreamEvidence
 from frictool.report.hold_metrics import HoldMetrics, stream_metrics
-from frictool.report.measured_part import energy_window
+from frictool.report.metric_samples import energy_window
 from frictool.report.requirement import Verdict, number, unit_shown
 from frictool.report.worst_hold import JudgedStreams
 

@@ -7,7 +7,7 @@ from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
 from frictool.metrics.reference_motion import find_motions
 from frictool.report.evidence import StreamEvidence
-from frictool.report.measured_part import tracked_signal
+from frictool.report.metric_samples import tracked_signal
 from frictool.report.requirement import Requirement
 from frictool.report.worst_hold import Judge, JudgedStreams, largest_value, worst_stream
 

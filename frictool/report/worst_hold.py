@@ -15,7 +15,7 @@ from frictool.documents.spec import Spec
 from frictool.presentation.tie_rule import largest
 from frictool.report.evidence import StreamEvidence
 from frictool.report.hold_metrics import HoldMetrics
-from frictool.report.measured_part import NO_STEP, MeasuredPart, measure
+from frictool.report.metric_samples import NO_STEP, MeasuredPart, measure
 from frictool.report.requirement import Requirement, ValueLocation
 
 JudgedStreams = tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]

@@ -114,7 +114,7 @@ class Callee:
     @functools.cached_property
     def dispatcher(self) -> Any:
         """Return numba's dispatcher of this form."""
-        from frictool.runtime.linked_code import LinkedCompiler  # loads numba's compiler
+        from frictool.runtime.called_kernels import LinkedCompiler  # loads numba's compiler
 
         made = compiler(**self._options, pipeline_class=LinkedCompiler)(self._function)
         if FOLDER is not None:

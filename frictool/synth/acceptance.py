@@ -17,7 +17,7 @@ from frictool.synth.surrounding_blocks import SurroundingBlocks
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
 from frictool.verify.document_check import check_feedback, limiter_brake
 from frictool.verify.feedback_loops import FeedbackLoop
-from frictool.verify.loop_figures import (
+from frictool.verify.loop_values import (
     HELD,
     OFFERED,
     LinearLoops,

@@ -25,7 +25,7 @@ from frictool.presentation.tie_rule import largest
 from frictool.verify.certificate_loop import CertificateLoop, Quantity, quantity_loops
 from frictool.verify.document_check import check_feedback
 from frictool.verify.feedback_loops import chain, speed_feedback
-from frictool.verify.loop_figures import weights_of
+from frictool.verify.loop_values import weights_of
 from frictool.verify.proved_bound import ProvedBound
 from frictool.verify.speed_loop import performance
 

@@ -30,15 +30,15 @@ from typing import NamedTuple
 import numpy as np
 from msgspec import structs
 
-from frictool.adapters.drive_bound import driven_axis
 from frictool.adapters.model_polytope import polytope
+from frictool.adapters.shortest_step import driven_axis
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.quantity import PositiveLength, si_unit
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
-from frictool.plant.sign_change import sign_change
+from frictool.plant.root_search import sign_change
 from frictool.plant.time_optimal import (
     ZONE,
     DrivenAxis,

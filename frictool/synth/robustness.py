@@ -13,7 +13,7 @@ from frictool.plant.parameter_box import corners, enclosing_box
 from frictool.synth.synthesis_problem import SynthesisProblem
 from frictool.verify.feedback_loops import FeedbackLoop
 from frictool.verify.interior_search import points_inside, worst_inside, worst_sensitivity
-from frictool.verify.loop_figures import CLAIM
+from frictool.verify.loop_values import CLAIM
 from frictool.verify.loop_wording import plant_words
 
 

@@ -27,7 +27,7 @@ from frictool.plant.lti import Lti, tustin
 from frictool.plant.polytope import Polytope
 from frictool.synth.order_reduction import reduce_order
 from frictool.synth.slow_pole import stabilise_slow_pole, with_integrator
-from frictool.verify.loop_figures import CLAIM
+from frictool.verify.loop_values import CLAIM
 from frictool.verify.speed_loop import check_loop, performance
 
 

@@ -25,7 +25,7 @@ import scipy
 from frictool.plant.block_diagram import DiagramBlock, connect
 from frictool.plant.linear_axis import AxisRates, linear_axis
 from frictool.plant.lti import Lti, delay
-from frictool.plant.sign_change import sign_change
+from frictool.plant.root_search import sign_change
 from frictool.typing import Vector
 from frictool.verify.hinf_norm import norm
 

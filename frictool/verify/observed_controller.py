@@ -26,7 +26,7 @@ from frictool.plant.polytope import PlantPoint
 from frictool.presentation.tie_rule import smallest
 from frictool.runtime.object_view import ResultView
 from frictool.verify.document_check import check_feedback, limiter_brake
-from frictool.verify.loop_figures import LinearLoops, loops_of
+from frictool.verify.loop_values import LinearLoops, loops_of
 from frictool.verify.loop_wording import NOT_CERTIFIED, delay_words
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.speed_loop import is_required

@@ -18,7 +18,7 @@ from frictool.verify.certificate_document import prove_document
 from frictool.verify.document_box import box_of, check_box, check_corners
 from frictool.verify.document_check import check_document
 from frictool.verify.interior_search import points_inside
-from frictool.verify.loop_figures import (
+from frictool.verify.loop_values import (
     CLAIM,
     HELD,
     OFFERED,

@@ -38,7 +38,7 @@ from frictool.presentation.tie_rule import largest
 from frictool.typing import Vector
 from frictool.verify.feedback_loops import DIFFERENCE, SPEED, low_pass, measured_axis, running_form
 from frictool.verify.hinf_norm import norm
-from frictool.verify.loop_figures import first_order
+from frictool.verify.loop_values import first_order
 from frictool.verify.observer_loop import shown_speeds
 
 Name = Literal["error", "drive", "disturbance", "output"]

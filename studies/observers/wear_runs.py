@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from frictool.observe.interval_estimate import WearEstimate
 from frictool.observe.wear.wear_estimator import WearEstimator
+from frictool.observe.wear_estimate import WearEstimate
 from studies.rigs.clutch_fleet import Loop, Unit, believed, clutch, run, spread, steps, targets
 
 WEARS = (1.0, 1.2, 1.5)

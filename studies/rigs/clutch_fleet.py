@@ -50,8 +50,8 @@ from frictool.engine.closed_loop import (
 from frictool.engine.disturbances_and_faults import FRICTION, neutral
 from frictool.engine.status_codes import OK
 from frictool.friction.position_polynomial import normalise
-from frictool.observe.interval_estimate import Kind
 from frictool.observe.motion_block import MotionBlock
+from frictool.observe.wear_estimate import Kind
 from frictool.plant.axis import (
     BACKLASH_BREAKAWAY_RATIO,
     ENCODER_STEP,

@@ -16,7 +16,7 @@ from scipy.stats import binom
 
 from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings
-from frictool.observe.interval_estimate import WearEstimate
+from frictool.observe.wear_estimate import WearEstimate
 from frictool.observe.wear_limit import judge
 from tests.support.warm_axes import (
     COLD,

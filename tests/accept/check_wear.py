@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from frictool.observe.interval_estimate import WearEstimate
 from frictool.observe.wear.log_moves import Move
 from frictool.observe.wear.wear_estimator import WearEstimator
+from frictool.observe.wear_estimate import WearEstimate
 from frictool.observe.wear_limit import judge
 from studies.observers.wear_runs import (
     LOOPS,

@@ -21,9 +21,9 @@ from scipy.stats import binom
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.observe.commissioning import commissioning_of_estimate
-from frictool.observe.interval_estimate import EstimateRange, Kind, WearEstimate
 from frictool.observe.sample_stream import open_stream
 from frictool.observe.wear.wear_estimator import WearEstimator
+from frictool.observe.wear_estimate import EstimateRange, Kind, WearEstimate
 from frictool.observe.wear_limit import judge
 from studies.observers.wear_runs import LOOPS, SOON, reference
 from studies.rigs.clutch_fleet import EDGE, ROOT, Loop, Unit, believed, clutch, run, spread

@@ -7,8 +7,8 @@ import pytest
 from msgspec.structs import replace
 
 from frictool.campaign import ControllerJudge
+from frictool.campaign.design_trial import design_test
 from frictool.campaign.draws.sampling import draws_of
-from frictool.campaign.played_design import design_test
 from frictool.campaign.trials.trial_player import CampaignSetting, TrialPlayer, metrics_of
 from frictool.campaign.trials.trials import BROKEN
 from frictool.campaign.trials.varied_space import space_of_setting

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.adapters.drive_bound import drive_bound
+from frictool.adapters.shortest_step import shortest_step_times
 from frictool.campaign import ControllerJudge, plants_of_model
 from frictool.documents.design import Design
 from frictool.documents.model import Model
@@ -39,6 +39,6 @@ def test_every_corner_meets_the_specification_and_is_near_the_bound(
     assert len(plants) == 17
     assert np.all(verdict.met == 1)
     response = verdict.requirements[0].value
-    bound = drive_bound(FAST.bench, vertex_points(FAST), 50.0, 0.05).worst
+    bound = shortest_step_times(FAST.bench, vertex_points(FAST), 50.0, 0.05).worst
     assert bound < response <= slowest
     assert min(vertex.modulus_margin for vertex in FAST.verified.vertices) >= 0.57

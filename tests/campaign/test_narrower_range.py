@@ -12,8 +12,8 @@ from msgspec import structs
 from frictool.adapters.parameter_intervals import breakaway_ratio
 from frictool.campaign import automatic_design
 from frictool.campaign.automatic_design import AutomaticDesign, design_automatically
+from frictool.campaign.design_trial import DesignTest, design_test
 from frictool.campaign.narrower_range import narrowed
-from frictool.campaign.played_design import DesignTest, design_test
 from frictool.campaign.views.search_view import narrower_words, refusal_lines, search_json
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model, Parameters

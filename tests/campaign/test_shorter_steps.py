@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from frictool.campaign.automatic_design import design_automatically
+from frictool.campaign.design_trial import design_test, step_lengths
 from frictool.campaign.draws.default_scenario import (
     SAME,
     default_scenario,
     longest_step,
     shortest_travel_step,
 )
-from frictool.campaign.played_design import design_test, step_lengths
 from frictool.campaign.shorter_steps import (
     MOST,
     play_shorter_steps,

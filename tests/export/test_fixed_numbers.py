@@ -20,8 +20,8 @@ from frictool.control.compiled_program import compile_program, control_step, rea
 from frictool.control.fixed_point import fixed_program
 from frictool.control.number_format import machine_in
 from frictool.documents.controller import Controller, ProgramNumber
+from frictool.export.fixed_point_header import multiplier
 from frictool.export.golden_vectors import golden_vectors
-from frictool.export.proof_table import multiplier
 from tests.support.compiled_c import (
     COMPILERS,
     built,

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.metrics.drive_noise import noise_deviation, noise_floor
 from frictool.metrics.drive_peak import command_peak, drive_peak
 from frictool.metrics.drive_rms import drive_rms
 from frictool.metrics.energy import energy
 from frictool.metrics.rest_motion import late_samples, peak_to_peak
 from frictool.metrics.saturation_time import commanded_saturation, measured_saturation
-from frictool.metrics.white_noise import noise_deviation, noise_floor
 
 TIME = np.arange(5000) * 1e-3
 

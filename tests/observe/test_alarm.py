@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from frictool.errors import InputFileError
 from frictool.observe.commissioning import commissioning_of_estimate, read_commissioning
-from frictool.observe.interval_estimate import EstimateRange, WearEstimate, WearZone
+from frictool.observe.wear_estimate import EstimateRange, WearEstimate, WearZone
 from frictool.observe.wear_limit import judge
 
 LIMIT = 1.25

@@ -23,10 +23,10 @@ from frictool.logs.origin import LogName, NamePatterns, as_date, origin_by_name
 from frictool.observe.combined_estimator import WearEstimation
 from frictool.observe.fleet import observe_logs
 from frictool.observe.fleet_table import COLUMNS
-from frictool.observe.interval_estimate import WearEstimate
 from frictool.observe.log_observer import EstimatorFactories, ObservationSettings
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.wear_estimator import WearEstimator
+from frictool.observe.wear_estimate import WearEstimate
 from studies.command_line import CommandResult, run
 from studies.rigs.clutch_fleet import Unit, believed
 from studies.rigs.fleet_logs import cut, log_of, model_file, save

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 from frictool.observe.rig_plausibility import implausible
+from frictool.observe.wear_estimate import EstimateRange, WearEstimate
 from frictool.observe.wear_limit import judge
 from studies.rigs.clutch_fleet import clutch
 

@@ -20,8 +20,8 @@ from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.log import Log, Stream
 from frictool.observe.combined_estimator import FIELDS
-from frictool.observe.interval_estimate import EstimateRange
 from frictool.observe.wear.wear_estimator import prior
+from frictool.observe.wear_estimate import EstimateRange
 from studies.command_line import CommandResult, run
 from studies.rigs.clutch_fleet import Unit, believed, clutch, with_encoder
 from studies.rigs.fleet_logs import cut, log_of, model_file, repeated, save

@@ -13,9 +13,9 @@ from frictool.adapters.axis_model import load_of
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate as Known
 from frictool.documents.registry import load
-from frictool.observe.interval_estimate import WearEstimate
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.wear_estimator import WearEstimator, prior
+from frictool.observe.wear_estimate import WearEstimate
 from frictool.typing import Vector
 from studies.observers.wear_runs import LOOPS, WEARS, Runs, drawn, estimates
 from studies.rigs.clutch_fleet import Loop, Unit, believed, clutch, run, steps, targets

@@ -14,7 +14,6 @@ from scipy.stats import multivariate_normal
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from frictool.observe.interval_estimate import EstimateRange, Kind, WearEstimate
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.sample_stream import open_stream
 from frictool.observe.wear.bayesian_evidence import best_fit, evidences, mixture, posterior
@@ -26,6 +25,7 @@ from frictool.observe.wear.weak_form_layout import layout_of
 from frictool.observe.wear.wear_estimator import WearEstimator
 from frictool.observe.wear.wear_kinds import KINDS, WearClassifier
 from frictool.observe.wear.zone_weights import friction_share
+from frictool.observe.wear_estimate import EstimateRange, Kind, WearEstimate
 from frictool.typing import Vector
 from studies.rigs.clutch_fleet import (
     EDGE,

@@ -13,7 +13,7 @@ import pytest
 from frictool.documents.metric_table import METRICS, REQUIREMENTS, Metric
 from frictool.documents.quantity import positive, si_unit
 from frictool.documents.spec import Spec
-from frictool.report.measured_part import function_of
+from frictool.report.metric_samples import function_of
 from studies.rigs.step_logs import ROOT
 
 TEXT = (ROOT / "docs/metrics.md").read_text(encoding="utf-8")
@@ -101,7 +101,7 @@ def test_every_reason_on_the_page_is_one_that_is_printed_and_no_reason_is_left_o
     assert [piece for piece in pieces if not any(piece in text for text in printed)] == []
     sources = [
         *(ROOT / "frictool/metrics").glob("*.py"),
-        ROOT / "frictool/report/measured_part.py",
+        ROOT / "frictool/report/metric_samples.py",
         ROOT / "frictool/report/evidence.py",
     ]
     needed = [text for path in sources for text in constants(path)]

@@ -23,12 +23,12 @@ from frictool.engine.disturbances_and_faults import (
     neutral,
 )
 from frictool.logs.quality.time_base import encoder_step
+from frictool.metrics.drive_noise import deviation_of, peak_factor
 from frictool.metrics.drive_peak import command_peak, drive_peak
 from frictool.metrics.final_value import final_value, tail_samples
 from frictool.metrics.overshoot import overshoot_percent
 from frictool.metrics.response_time import response_time_95
 from frictool.metrics.reversals import reversals
-from frictool.metrics.white_noise import deviation_of, peak_factor
 from frictool.report.run_kernels import OFF_LATTICE, lattice_distances, run_signals, step_metrics
 from frictool.typing import Vector
 from studies.rigs.campaign_rig import trial

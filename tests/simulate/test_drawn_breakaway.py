@@ -9,8 +9,8 @@ import pytest
 from msgspec.structs import replace
 
 from frictool.adapters.axis_model import axis_of
+from frictool.campaign.design_trial import design_test
 from frictool.campaign.draws.factor_space import FactorSpace, plant_factors, space_of
-from frictool.campaign.played_design import design_test
 from frictool.documents.laws import Backward, FrictionOverPosition, Laws, Polynomial
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance

@@ -22,7 +22,7 @@ from frictool.synth.design import design_controller
 from frictool.verify.certificate_document import certified_loop
 from frictool.verify.certificate_loop import SENSITIVITY
 from frictool.verify.interior_search import POINTS
-from frictool.verify.loop_figures import loops_of
+from frictool.verify.loop_values import loops_of
 from frictool.verify.vertices import vertex_points
 from studies.rigs.clutch_model import ROOT, clutch_model
 

@@ -9,9 +9,9 @@ import numpy as np
 from frictool.documents.laws import FrictionOverTemperature, Laws, TemperatureChange
 from frictool.documents.model import Model, Parameters
 from frictool.documents.quantity import Estimate, Quantity, Span
-from frictool.observe.interval_estimate import WearEstimate
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.wear_estimator import WearEstimator
+from frictool.observe.wear_estimate import WearEstimate
 from tests.support.provenance import HERE
 from tests.support.warm_axes import COLD, HOT, WarmAxis
 

@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.adapters.drive_bound import drive_bound
 from frictool.adapters.model_polytope import polytope
+from frictool.adapters.shortest_step import shortest_step_times
 from frictool.documents.design import Design
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
@@ -81,8 +81,10 @@ def test_the_refusal_takes_the_most_favourable_reading_of_the_specification() ->
     the 104 ms that the drive needs for 50 rad, and more than a step that is shorter by both."""
     refused = slowest_step(MODEL, _response(MODEL, SPEC), 50.0).time
     bench, plants = MODEL.bench, polytope(MODEL).vertices
-    assert drive_bound(bench, plants, 50.0, 0.05).worst == pytest.approx(0.104)
-    shorter = drive_bound(bench, plants, 50.0 - 3.0 - 2.0 - 3.0 * bench.encoder.resolution, 0.05)
+    assert shortest_step_times(bench, plants, 50.0, 0.05).worst == pytest.approx(0.104)
+    shorter = shortest_step_times(
+        bench, plants, 50.0 - 3.0 - 2.0 - 3.0 * bench.encoder.resolution, 0.05
+    )
     assert shorter.worst - 0.004 < refused < 0.104
 
 

@@ -23,7 +23,7 @@ from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.verify import document_check as controller_checks
 from frictool.verify import recheck
-from frictool.verify.loop_figures import LinearLoops
+from frictool.verify.loop_values import LinearLoops
 from studies.command_line import run
 from tests.support.certified_controllers import Named, certified
 from tests.support.command_line import refused

@@ -26,7 +26,7 @@ from frictool.verify import zero_exclusion
 from frictool.verify.certificate_loop import CertificateLoop, quantity_loops
 from frictool.verify.exponential_enclosure import hold_polynomials
 from frictool.verify.feedback_loops import chain
-from frictool.verify.loop_figures import weights_of
+from frictool.verify.loop_values import weights_of
 from frictool.verify.speed_loop import check_loop, performance
 from frictool.verify.zero_exclusion import OpenCell, prove, prove_bound, prove_bounds
 from frictool.verify.zero_exclusion_kernel import (

@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from frictool.adapters.drive_bound import drive_bound
 from frictool.adapters.model_polytope import polytope
+from frictool.adapters.shortest_step import shortest_step_times
 from frictool.campaign.automatic_design import AutomaticDesign
-from frictool.campaign.played_design import DesignTest, longest_step_of
+from frictool.campaign.design_trial import DesignTest, longest_step_of
 from frictool.campaign.search_findings import SearchFindings, others_missed
 from frictool.documents.metric_table import requirement_title
 from frictool.synth.search.nearest_text import distinguished, number_words, value_words
@@ -71,7 +71,7 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
-    bound = drive_bound(
+    bound = shortest_step_times(
         bench,
         polytope(test.model).vertices,
         longest_step_of(test.scenario),

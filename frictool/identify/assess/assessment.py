@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from frictool.adapters.drive_bound import DriveBound, drive_bound
 from frictool.adapters.parameter_intervals import bench_intervals
+from frictool.adapters.shortest_step import ShortestStepTimes, shortest_step_times
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Axis
 from frictool.errors import EXIT_NO, FrictoolError
@@ -78,7 +78,7 @@ class Assessment(ResultView):
     rows: tuple[ParameterAssessment, ...]
     entropy: SensorEntropy | None
     constant: float
-    drive: DriveBound | None
+    drive: ShortestStepTimes | None
 
 
 def assess(bench: Bench, request: AssessmentRequest = USUAL) -> Assessment:
@@ -118,7 +118,7 @@ def assess(bench: Bench, request: AssessmentRequest = USUAL) -> Assessment:
     whole = None if travel is None else travel.high - travel.low
     length = whole if request.step is None else request.step
     plants = corner_points(bench_intervals(bench))
-    drive = None if length is None else drive_bound(bench, plants, length)
+    drive = None if length is None else shortest_step_times(bench, plants, length)
     return Assessment(bench, facts, rows, entropy, constant, drive)
 
 

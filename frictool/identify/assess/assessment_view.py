@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from frictool.adapters.drive_bound import DriveBound
+from frictool.adapters.shortest_step import ShortestStepTimes
 from frictool.documents.quantity import si_unit
 from frictool.identify.assess.assessment import Assessment, ParameterAssessment
 from frictool.identify.assess.decision_text import scheme
@@ -80,7 +80,7 @@ def json_view(assessment: Assessment) -> dict[str, Any]:
     }
 
 
-def _drive(bound: DriveBound) -> dict[str, Any]:
+def _drive(bound: ShortestStepTimes) -> dict[str, Any]:
     times = {"best_s": bound.best, "worst_s": bound.worst}
     return {
         "step": bound.length,

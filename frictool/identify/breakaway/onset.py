@@ -33,7 +33,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.exponentials import phi2
+from frictool.engine.exponential_integrals import phi2
 from frictool.identify.regression import brent_minimum
 from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Matrix, Vector

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from frictool.plant.sign_change import sign_change
+from frictool.plant.root_search import sign_change
 
 GRID = 4000
 NARROW = 1e-2  # least deviation relative to the sum of all parts, so that the integral converges

@@ -13,7 +13,7 @@ wear of the same actuator at commissioning.
 from __future__ import annotations
 
 from frictool.documents.model import Model
-from frictool.observe.interval_estimate import EstimateRange
+from frictool.observe.wear_estimate import EstimateRange
 
 QUANTILE = 1.96  # quantile of the normal distribution; the bench's range is a 95 % interval
 

@@ -25,7 +25,6 @@ from dataclasses import replace
 import scipy
 
 from frictool.documents.model import Model
-from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.constant_error import scale_of
 from frictool.observe.wear.filter_bank import UNMODELLED, FilterBank
@@ -33,6 +32,7 @@ from frictool.observe.wear.log_moves import Move, MoveCollector
 from frictool.observe.wear.parameter_restriction import multiplicative
 from frictool.observe.wear.weak_form_layout import WeakFormLayout, layout_of
 from frictool.observe.wear.wear_kinds import WearClassification, WearClassifier
+from frictool.observe.wear_estimate import EstimateRange, WearEstimate
 
 WALK = 1e-4  # standard deviation of the wear's random step in a move
 FLOOR = 0.0003  # relative standard deviation of the wear that remains after many moves

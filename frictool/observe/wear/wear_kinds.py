@@ -33,7 +33,6 @@ import numpy as np
 import scipy
 
 from frictool.documents.model import Model
-from frictool.observe.interval_estimate import EstimateRange, Kind, WearZone
 from frictool.observe.wear.bayesian_evidence import best_fit, evidences, mixture, posterior
 from frictool.observe.wear.constant_error import relative_deviation
 from frictool.observe.wear.filter_bank import BEFOREHAND, UNMODELLED
@@ -47,6 +46,7 @@ from frictool.observe.wear.parameter_restriction import (
 from frictool.observe.wear.repeated_moves import MoveRepeats
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
 from frictool.observe.wear.zone_weights import SIDES, friction_share, zone_edges, zone_mean
+from frictool.observe.wear_estimate import EstimateRange, Kind, WearZone
 from frictool.typing import Vector
 
 # in the order in which kinds with similar evidence are preferred

@@ -1,4 +1,4 @@
-"""Compilation of the form of a kernel that only other kernels call.
+"""Compilation of kernels that only other kernels call.
 
 A kernel that Python calls needs optimized machine code and a wrapper that converts its arguments.
 A kernel that another kernel calls needs neither: LLVM optimizes its code together with the code of

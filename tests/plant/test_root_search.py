@@ -1,4 +1,4 @@
-"""Places of sign changes with known solutions."""
+"""Roots of functions with known values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from frictool.plant.sign_change import sign_change
+from frictool.plant.root_search import sign_change
 
 
 @given(st.floats(1e-6, 1e6), st.floats(0.1, 9.0), st.sampled_from([-1.0, 1.0]))

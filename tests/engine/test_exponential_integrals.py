@@ -8,7 +8,13 @@ from decimal import Decimal, localcontext
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.engine.exponentials import convolved, convolved_integral, phi1, phi1_slope, phi2
+from frictool.engine.exponential_integrals import (
+    convolved,
+    convolved_integral,
+    phi1,
+    phi1_slope,
+    phi2,
+)
 
 ARGUMENTS = st.one_of(st.just(0.0), st.floats(-50.0, -1e-3), st.floats(-1e-3, -1e-25))
 RATES = st.one_of(st.just(0.0), st.floats(1e-3, 1e4))

@@ -12,7 +12,7 @@ from frictool.plant.polytope import PlantPoint
 from frictool.plant.time_optimal import DrivenAxis, step_zone, time_optimal_response
 
 
-class DriveBound(NamedTuple):
+class ShortestStepTimes(NamedTuple):
     """Lower bounds [s] of the time to 95 % of a step, for every controller with the same drive.
 
     `length`: length of the step [rad | m]. `best`, `worst`: bounds for the fastest and for the
@@ -46,12 +46,12 @@ def driven_axis(bench: Bench, plant: PlantPoint) -> DrivenAxis:
     )
 
 
-def drive_bound(
+def shortest_step_times(
     bench: Bench,
     plants: Sequence[PlantPoint],
     length: float,
     overshoot: float | None = None,
-) -> DriveBound:
+) -> ShortestStepTimes:
     """Return the shortest response times that any controller can reach on the bench.
 
     Parameters
@@ -69,7 +69,7 @@ def drive_bound(
 
     Returns
     -------
-    DriveBound
+    ShortestStepTimes
         The times of the fastest and of the slowest plant (plant/time_optimal.py). The backlash is
         assumed to be closed when the step begins.
     """
@@ -80,4 +80,4 @@ def drive_bound(
         )
         for plant in plants
     ]
-    return DriveBound(length, min(times), max(times))
+    return ShortestStepTimes(length, min(times), max(times))

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from frictool.campaign.draws.default_scenario import default_scenario
-from frictool.campaign.played_design import (
+from frictool.campaign.design_trial import (
     DRAWN,
     PLACES,
     TARGETS,
@@ -21,6 +20,7 @@ from frictool.campaign.played_design import (
     step_lengths,
     untested_reason,
 )
+from frictool.campaign.draws.default_scenario import default_scenario
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario, Sine, Step

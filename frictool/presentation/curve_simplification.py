@@ -1,4 +1,4 @@
-"""Cone intersection: approximate a curve by straight lines within a tolerance."""
+"""Simplification of a curve: straight lines within a tolerance, by cone intersection."""
 
 from __future__ import annotations
 

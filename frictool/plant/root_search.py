@@ -1,4 +1,4 @@
-"""Search for the argument at which a function changes its sign, without scipy.optimize.
+"""Root search: argument at which a function changes its sign, without scipy.optimize.
 
 The import of scipy.optimize takes a quarter of a second, longer than the search.
 """
