@@ -21,8 +21,9 @@ class Connection:
     a, b: numbers of the blocks.
     ratio, offset: coefficients of q_b = ratio q_a + offset.
     gap: half the width of the backlash, in the coordinate of `b` [rad | m].
-    drive_loss: effort lost at `a`, divided by the transmitted effort, while `a` drives `b`.
-    back_loss: effort lost at `a`, divided by the transmitted effort, while `b` drives `a`.
+    drive_loss: effort lost at `a`, divided by the effort at `b`, while `a` drives `b`; unit of
+        `ratio`, and relative loss if `ratio` is 1 or -1.
+    back_loss: effort lost at `a`, divided by the effort at `b`, while `b` drives `a`; same unit.
     stiffness, damping: stiffness and damping of the link, in the coordinate of `b`; 0 for a rigid
         link.
     """
@@ -79,19 +80,23 @@ def _joint(name: str, joints: Joints, k: int) -> Connection:
 def thesis_losses(ratio: float, thread: float, steep: float) -> tuple[float, float]:
     """Return (drive_loss, back_loss) of a screw at a steady speed (thesis (2.12)).
 
-    f is the force, u the torque at the thread, r the radius and a the angle of the thread, mu the
-    friction coefficient, and w = mu tan(a):
+    f is the force, u the torque at the thread, r the radius and a the lead angle of the thread, mu
+    the friction coefficient, and w = mu tan(a) < 1:
 
         u = r tan(a) f ± mu |r f - u tan(a)|
-        drive loss = (mu r + r tan(a))/(1 + w) - r tan(a)
-        back loss  = r tan(a) - (r tan(a) - mu r)/(1 - w)
+        drive loss = r (tan(a) + s mu)/(1 + s w) - r tan(a)
+        back loss  = r tan(a) - r (tan(a) - s mu)/(1 - s w)
+
+    s is the sign of r f - u tan(a): 1 if a < 45 deg, else -1.
 
     ratio: r tan(a) [m/rad].
     thread: mu r [m/rad].
     steep: w, dimensionless.
     """
     carried = abs(ratio)
-    return (thread + carried) / (1.0 + steep) - carried, carried - (carried - thread) / (
+    if carried * steep > thread:  # tan(a)^2 > 1
+        thread, steep = -thread, -steep
+    return (carried + thread) / (1.0 + steep) - carried, carried - (carried - thread) / (
         1.0 - steep
     )
 

@@ -1,12 +1,13 @@
 """Replacement of each lossy link by a lossless link and friction on its load side (thesis 2.1.6).
 
-The loss of a link is drive_loss times the transmitted effort while the source drives, and back_loss
-times the transmitted effort while the load drives. At a steady speed, the link transmits the
-efforts of the loads and friction on its load side. The step adds the losses of these efforts to the
-curves C_+ and C_-, the efforts that move the block forward and backward (thesis (2.15)). The effort
-that accelerates a mass m on the load side has losses, too. The reflected mass is therefore s m,
-with 1 - back_loss <= s <= 1 + drive_loss for any load. The model's inertia is the value for s = 1,
-with an interval for all values of s.
+All efforts are in one coordinate, in which each link has the ratio 1. The loss of a link is
+drive_loss times the effort on its load side while the source drives, and back_loss times this
+effort while the load drives. At a steady speed, the link transmits the efforts of the loads and
+friction on its load side. The step adds the losses of these efforts to the curves C_+ and C_-, the
+efforts that move the block forward and backward (thesis (2.15)). The effort that accelerates a mass
+m on the load side has losses, too. The reflected mass is therefore s m, with s from 1 - back_loss
+to 1 + drive_loss for any load. The model's inertia is the value for s = 1, with an interval for all
+values of s.
 
 A link with 1 - back_loss < 0 is irreversible, for example a thread whose friction coefficient
 exceeds the tangent of its angle. No load moves such a link, and the source must push to lower a

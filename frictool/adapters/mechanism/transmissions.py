@@ -7,9 +7,9 @@ drive_loss = |ratio| (1/eta - 1) per unit of lambda. If power flows from end b t
 efficiency eta_back, effort_a = ratio lambda eta_back, so that back_loss = |ratio| (1 - eta_back).
 The same friction in both directions means eta_back = 2 - 1/eta. For a thread, let alpha be the lead
 angle and mu = tan phi the friction coefficient. The torque at the screw per force of the nut is
-radius tan(alpha + phi) if the screw drives. It is radius tan(alpha - phi) if the nut drives.
-Equations of the thesis: gear (2.3), with stiffness and damping (2.4)-(2.5); belt (2.6); thread
-(2.10)-(2.13); pistons (2.16); play (2.18); rack (2.19)-(2.20).
+radius tan(alpha + phi) if the screw drives. It is radius tan(alpha - phi) if the nut drives. The
+screw jams if alpha + phi >= 90 deg. Equations of the thesis: gear (2.3), with stiffness and damping
+(2.4)-(2.5); belt (2.6); thread (2.10)-(2.13); pistons (2.16); play (2.18); rack (2.19)-(2.20).
 """
 
 from __future__ import annotations
@@ -147,18 +147,18 @@ def back_efficiency(efficiency: float, efficiency_back: float | None) -> float:
 def _thread_losses(key: str, link: Screw, coefficient: float) -> tuple[float, float, float, float]:
     radius = link.radius.value
     steep = tangent_of_lead(key, link)
-    if link.friction_form == "thesis":
-        return 0.0, 0.0, coefficient * radius, coefficient * steep
     angle, phi = math.atan(steep), math.atan(coefficient)
     if angle + phi >= 0.5 * math.pi:
         most = 1.0 / steep
         raise ElementError(
             f"{key}.friction_coefficient",
             (
-                f"found {coefficient:g}; the screw cannot drive the nut with this friction; "
+                f"found {coefficient:g}; the screw jams with this friction; "
                 f"allowed: < {most:.4g} = 1/tan(lead angle)"
             ),
         )
+    if link.friction_form == "thesis":
+        return 0.0, 0.0, coefficient * radius, coefficient * steep
     return (
         radius * (math.tan(angle + phi) - steep),
         radius * (steep - math.tan(angle - phi)),

@@ -275,7 +275,12 @@ def test_a_loop_with_a_solution(tmp_path: Path) -> None:
         (
             "lead_angle: {value: 60, unit: deg}, friction_coefficient: 0.6",
             "friction_coefficient",
-            "the screw cannot drive the nut with this friction; allowed: < 0.5774",
+            "the screw jams with this friction; allowed: < 0.5774",
+        ),
+        (
+            "lead_angle: {value: 60, unit: deg}, friction_coefficient: 0.6, friction_form: thesis",
+            "friction_coefficient",
+            "the screw jams with this friction; allowed: < 0.5774",
         ),
         (
             "lead: {value: 5, unit: mm}, friction_coefficient: 0.1, friction_form: thesis, "
