@@ -36,8 +36,8 @@ finds a controller, the last test is for `frictool validate`. If a controller ex
 identified values only, the next test halves the intervals. A parameter that the logs do not show
 keeps its range.
 
-Each test respects the limits of travel, speed and drive for every axis within the bench's ranges.
-A column feedforward in the test is the effort that the position loop has to add.
+Each test respects the limits of travel, speed and drive for all parameter values within the bench's
+ranges. A column feedforward in the test is the effort that the position loop has to add.
 `frictool simulate --as-bench` plays a test without hardware.
 
 Exit code 1 if the direction of the encoder is wrong, if two tests show neither inertia nor

@@ -211,7 +211,10 @@ class Design(
 
     @property
     def speed_input(self) -> bool:
-        """Return True if the linear controller's input is the speed error, False if it is eta."""
+        """Return True if the linear controller's input is the speed error.
+
+        Otherwise, the input is eta: the integral of the speed reference minus the position.
+        """
         return METHODS[self.method].provided_gains and self.structure == "speed_cascade"
 
     @property

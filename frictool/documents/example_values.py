@@ -30,7 +30,7 @@ def examples_words(groups: Mapping[str, Iterable[str]]) -> str:
         f"{name}: {listed(keys, LONGEST_KEYS // len(left))}" for name, keys in left.items()
     ]
     return (
-        f"example values of `frictool init` are left in place: {'; '.join(described)}"
+        f"example values of `frictool init` are not replaced yet: {'; '.join(described)}"
         if described
         else ""
     )

@@ -1,22 +1,21 @@
 """Projected inequalities of thesis (5.62) at grid points, with parameter-dependent X and Y.
 
-    N_X' [ A X + X A' - X'   X C1'      B1       ]
-         [ C1 X              -gamma I   D11      ] N_X < 0
-         [ B1'               D11'       -gamma I ]
+    N_X' [ A X + X A' - dX/dt   X C1'      B1       ]
+         [ C1 X                 -gamma I   D11      ] N_X < 0
+         [ B1'                  D11'       -gamma I ]
 
-    N_Y' [ Y A + A' Y + Y'   Y B1       C1'      ]
-         [ B1' Y             -gamma I   D11'     ] N_Y < 0        [X I; I Y] > 0
-         [ C1                D11        -gamma I ]
+    N_Y' [ Y A + A' Y + dY/dt   Y B1       C1'      ]
+         [ B1' Y                -gamma I   D11'     ] N_Y < 0        [X I; I Y] > 0
+         [ C1                   D11        -gamma I ]
 
-r is the vector of scheduled parameters. The inequalities must hold at every r of the grid and every
-corner of the rates r', with X' = sum r_j' dX/dr_j (Wu, 1995; Apkarian and Adams, 1998). The thesis
-prints + before both derivatives. Here X' has a minus, because X is a block of an inverse. If the
-limits of each rate are -a and a, both signs give the same conditions. In discrete time the terms
-are A X(r) A' - X(r + step) and A' Y(r + step) A - Y(r).
+' is the transpose, and r the vector of scheduled parameters. The inequalities must hold at every r
+of the grid and every corner of the rates dr/dt, with dX/dt = sum dr_j/dt dX/dr_j (Wu, 1995;
+Apkarian and Adams, 1998). The thesis prints + before both derivatives. Here dX/dt has a minus,
+because X is a block of an inverse. If the limits of each rate are -a and a, both signs give the
+same conditions. In discrete time the terms are A X(r) A' - X(r + step) and A' Y(r + step) A - Y(r).
 
 The solver gets the smaller form of lmi/bounded_real.py: without the last block row (Schur
-complement), and with unknowns X/gamma and Y/gamma. Here X' and Y' are derivatives in time; at any
-other matrix, ' is a transpose.
+complement), and with unknowns X/gamma and Y/gamma.
 """
 
 from __future__ import annotations

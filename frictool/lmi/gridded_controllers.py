@@ -1,11 +1,12 @@
 """Explicit controllers that depend on r but not on its rates, for constant X and variable Y(r).
 
 r is the vector of scheduled parameters. With M = I and N(r) = I - Y(r) X in thesis (5.63), the map
-from the closed loop's inequality to (5.62) is constant. The rates of r then occur only as Y' in the
-second diagonal block of (5.62); Apkarian and Adams (1998) call these controllers practically valid.
-The controller's direct term D is any matrix with |D11 + D12 D D21| < gamma. Its other matrices
-follow by (5.63) from A^, B^ and C^. W is the lower right block of (5.62), which a Schur complement
-removes, and [L1 L2] the row to the left of W. With V = -W^-1, E = [0; D12] and F = [D21'; 0]:
+from the closed loop's inequality to (5.62) is constant. The rates of r then occur only in dY/dt, in
+the second diagonal block of (5.62); Apkarian and Adams (1998) call these controllers practically
+valid. The controller's direct term D is any matrix with |D11 + D12 D D21| < gamma. Its other
+matrices follow by (5.63) from A^, B^ and C^. W is the lower right block of (5.62), which a Schur
+complement removes, and [L1 L2] the row to the left of W. ' is the transpose.
+With V = -W^-1, E = [0; D12] and F = [D21'; 0]:
 
     A^ = -A' - C2' D' B2' + L2' W^-1 L1        makes the remaining off-diagonal block zero; two
                                                inequalities remain, one in C^ and one in B^
@@ -15,7 +16,8 @@ removes, and [L1 L2] the row to the left of W. With V = -W^-1, E = [0; D12] and 
 
 In the last two formulas, L1 has its value for C^ = 0, and L2 its value for B^ = 0. e > 0 is a small
 regularising weight, needed if D12 or D21 does not have full rank. The code uses the largest e for
-which both inequalities hold at every point: a smaller e only makes the controller faster.
+which both inequalities hold at every point. A smaller e does not improve the guaranteed gamma, and
+gives the controller faster poles.
 """
 
 from __future__ import annotations

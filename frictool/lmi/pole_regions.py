@@ -88,10 +88,10 @@ class TransformVariable:
 
 
 def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> TransformVariable:
-    """Return the variable p in which the region of poles is the unit disc or the left half-plane.
+    """Return the change of variable that maps the region of poles to a disc or half-plane.
 
-    If `region` is None, the region contains all stable poles. Raises ValueError if the region
-    contains unstable poles.
+    The image of the region is the unit disc or the left half-plane. If `region` is None, the region
+    contains all stable poles. Raises ValueError if the region contains unstable poles.
     """
     sampled = plants[0].period > 0.0
     if isinstance(region, PoleDisc):

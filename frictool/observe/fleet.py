@@ -1,6 +1,6 @@
 """Observation of the logs of a fleet in parallel, with one result per log.
 
-logs ──log_observer.py, shared by workers/──▶ FleetResult, FleetResult, ...
+logs ──log_observer.py, run by workers/──▶ FleetResult, FleetResult, ...
      ──commissioning.py, wear_limit.py──▶ rows (fleet_table.py)
 """
 

@@ -15,9 +15,9 @@
 The indented rows are the results of this search: the plants for which a controller exists. A
 parameter that the strokes do not show has the range of the bench in this search.
 
-Each test respects the limits of the bench for every axis within the a-priori ranges. The test is
-therefore safe before any parameter is identified. After a log, identified intervals replace the
-bench's ranges in the design of the next test.
+Each test respects the limits of the bench for all parameter values within the a-priori ranges. The
+test is therefore safe before any parameter is identified. After a log, identified intervals replace
+the bench's ranges in the design of the next test.
 """
 
 from __future__ import annotations

@@ -76,8 +76,9 @@ def rehearsed_strokes(
     Parameters
     ----------
     bench
-        Bench whose limits the test respects on every axis within the a-priori intervals. Every axis
-        also stays within the travel when the default position loop makes it follow the test.
+        Bench. The test respects its limits for all parameter values within the a-priori
+        intervals. For all these values, the axis also stays within the travel when the default
+        position loop makes it follow the test.
     request
         Requested precision of inertia, viscous and Coulomb friction; other parameters are ignored.
     progress

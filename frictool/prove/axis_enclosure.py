@@ -222,7 +222,7 @@ def _broken_away(
     drive = _held_drive(state.drive, command, p, sure_slip)
     started = replace(state, drive=drive, direction=sign)
     if not _carries(state, p, sign) and moved.high >= _room(started, p):
-        raise Ambiguous("the axis may break away at the contact in the backlash")
+        raise Ambiguous("the axis may break away where the backlash closes")
     return _shifted(started, moved, speed, p), sure_slip
 
 
@@ -250,7 +250,7 @@ def _shifted(
 def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
     """Return the sets of states at the end of a slip, with the duration of the slip [s].
 
-    The slip ends at a contact in the backlash, at a stop, or after the time `left` [s].
+    The slip ends where the backlash closes, at a stop, or after the time `left` [s].
     """
     carries = _carries(state, p, state.direction)
     phase = _phase(state, command, p, carries)
@@ -360,7 +360,7 @@ def _positive(one: RoundedInterval) -> RoundedInterval:
 
 
 def _room(state: AxisSet, p: PlantBox) -> float:
-    """Return the least distance to the contact in the direction of motion [rad | m]."""
+    """Return the least distance to the end of the backlash in the direction of motion [rad | m]."""
     half = 0.5 * p.backlash
     ahead = half - state.gap.high if state.direction > 0 else half + state.gap.low
     return max(0.0, math.nextafter(ahead, -math.inf))
@@ -450,7 +450,7 @@ def _stopped(state: AxisSet, command: float, p: PlantBox, left: float, fastest: 
     efforts = _effort(state.drive, p), _effort(drive, p)
     moved = RoundedInterval(0.0, high * wait * (1.0 + SLACK))
     if not carries and moved.high >= _room(state, p):
-        raise Ambiguous("the axis may stop at the contact in the backlash")
+        raise Ambiguous("the axis may stop where the backlash closes")
     at = _shifted(state, moved, ZERO, p)
     slower = RoundedInterval(0.0, high)
     moving = [(replace(_shifted(state, moved, slower, p), drive=drive), wait)] if late else []
@@ -470,7 +470,7 @@ def _stopped(state: AxisSet, command: float, p: PlantBox, left: float, fastest: 
 
 
 def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
-    """Return the set of states after a contact in the backlash, and the latest time of contact [s].
+    """Return the set of states after the backlash closes, and the latest time of this contact [s].
 
     The motion lies between two motions: one without contact, one with the friction of the axis from
     the beginning. If the time `left` [s] ends before the contact is certain, `gap` of the set
@@ -482,20 +482,20 @@ def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[Axis
     far = (half - state.gap.low if sign > 0 else half + state.gap.high) * (1.0 + SLACK) + SLACK
     slow = _least(state.speed)
     if slow == 0.0:
-        raise Ambiguous("the speed at the contact in the backlash may be zero")
+        raise Ambiguous("the speed may be zero where the backlash closes")
     wait = max(EVENT, 2.0 * far / slow)
     early = wait > left
     wait = min(wait, left)
     free, carried = (_phase(state, command, p, carries) for carries in (False, True))
     if not (_bounds(free, wait).moves and _bounds(carried, wait).moves):
-        raise Ambiguous("the axis may stop at the contact in the backlash")
+        raise Ambiguous("the axis may stop where the backlash closes")
     ends = _series(free, wait), _series(carried, wait)
     speed, distance = ends[0][0].hull(ends[1][0]), ends[0][1].hull(ends[1][1])
     drive = _held_drive(state.drive, command, p, wait)
     if distance.low <= far:
         if early:
             return replace(_shifted(state, _positive(distance), speed, p), drive=drive), wait
-        raise Ambiguous("the bounds do not enclose the contact in the backlash")
+        raise Ambiguous("the bounds do not enclose the end of the backlash")
     signed = distance if sign > 0 else -distance
     velocity = speed if sign > 0 else -speed
     return AxisSet(state.moved + signed, velocity, drive, point(sign * half), sign, sign), wait

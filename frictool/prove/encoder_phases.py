@@ -126,9 +126,9 @@ def phase_runs(loop: LoopOfPlant) -> Iterator[PhaseRun]:
 
 
 def _followed(loop: LoopOfPlant, branch: _Branch, stack: list[_Branch]) -> PhaseRun | None:
-    """Follow a branch to its end and return its runs.
+    """Continue the runs of a branch to the last sample and return them.
 
-    If the branch is divided, its parts are put on the stack and the result is None.
+    If the range of starts is divided, its parts are put on the stack and the result is None.
     """
     n = loop.reference.size
     while branch.sample < n:

@@ -4,8 +4,8 @@
 
 `make -C configs/clutch observers` runs this command. Each run is 20 s of steps on the clutch of
 nonlinear.yaml (encoder with 56 counts per turn, backlash, 0.5 A of noise). Noise and start position
-within a count are random. The inertia of the estimators' model is 20 % too low. The switched
-observers are designed as in the Makefile, with a decay only and with quiet gains.
+within a count are random. The inertia of the estimators' model is 20 % below the clutch's. The
+switched observers are designed as in the Makefile, with a decay only and with quiet gains.
 
 wear       mean over the last 5 s of the friction relative to the model's: alpha, or
            (f + alpha)/f in slip by least squares for an additive observer; for the estimator of

@@ -5,10 +5,10 @@
 The logs are of twenty clutches within the bench's ranges (studies/rigs/clutch_fleet.py), with an
 encoder of 56 counts per turn and a wear of 1 to 1.5. Each log has 20 s of steps, with the speed
 controller or with a PID, and 0.5 A of noise on the current. The inertia of the observers' model is
-20 % too low. The table shows the rms error of the velocity [rad/s] over all logs, and the coverage
-of the 95 % interval. (5.70) and the difference quotient have the best cut-off for each log;
-Savitzky-Golay is not causal. With the two files of configs/emps, the record is compared with its
-zero-phase velocity.
+20 % below the nominal value. The table shows the rms error of the velocity [rad/s] over all logs,
+and the coverage of the 95 % interval. (5.70) and the difference quotient have the best cut-off for
+each log; Savitzky-Golay is not causal. With the two files of configs/emps, the record is compared
+with its zero-phase velocity.
 """
 
 from __future__ import annotations

@@ -4,9 +4,9 @@
 
 The plant is configs/clutch/nonlinear.yaml, as in the second test of thesis 6.3.2: an encoder with
 56 counts per turn, backlash, viscous friction above 260 rad/s (4.4.2.2). Estimators get the model
-`believed()`, whose inertia is 20 % too low. The controllers in controllers/ are designs/speed.yaml
-and laws/linear.yaml (a PID) of configs/clutch, designed for nonlinear.yaml, without certificates.
-The command
+`believed()`, whose inertia is 20 % below the nominal value. The controllers in controllers/ are
+designs/speed.yaml and laws/linear.yaml (a PID) of configs/clutch, designed for nonlinear.yaml,
+without certificates. The command
 
     python -m studies.rigs.clutch_fleet SPEED LINEAR
 
@@ -130,7 +130,7 @@ def clutch() -> Model:
 
 @functools.cache
 def believed() -> Model:
-    """Return the model for estimators: the inertia is 20 % too low, and its range wider by 20 %."""
+    """Return the model for estimators, with an inertia 20 % below nominal, and a wider range."""
     model = clutch()
     inertia = model.parameters.inertia
     low, high = inertia.interval

@@ -21,7 +21,7 @@ from studies.rigs.step_logs import ROOT, clutch_spec
 from studies.rigs.step_scenario import controller
 from studies.rigs.verified_controller import truthful
 
-LEFT = "example values of `frictool init` are left in place"
+LEFT = "example values of `frictool init` are not replaced yet"
 LOG = ROOT / "sample_logs/ramp.csv"
 
 
@@ -87,7 +87,7 @@ def test_what_a_model_copies_of_its_bench_carries_the_examples(tmp_path: Path) -
 
 
 class Rig:
-    """Documents with examples left in place."""
+    """Documents with examples that are not replaced."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

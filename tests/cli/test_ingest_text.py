@@ -38,7 +38,7 @@ def test_a_guess_is_written_to_be_checked_and_loads(tmp_path: Path):
     ingested = run("ingest", raw, "--bench", bench, "-o", log)
     examples, layout = ingested.stderr.splitlines()[:2]
     assert ingested.code == 0
-    assert examples.startswith("warning: example values of `frictool init` are left in place: ")
+    assert examples.startswith("warning: example values of `frictool init` are not replaced yet: ")
     assert (
         layout
         == "export.csv: UTF-8, semicolon between cells, decimal comma, header in line 2, units in "
@@ -164,7 +164,7 @@ def test_info_tells_an_odd_thing_once(tmp_path: Path):
     assert run("ingest", "--guess", raw, "-o", bench).code == 0
     result = run("info", raw, "--bench", bench)
     (examples,) = result.stderr.splitlines()  # of the guessed bench; nothing of the log
-    assert examples.startswith("warning: example values of `frictool init` are left in place: ")
+    assert examples.startswith("warning: example values of `frictool init` are not replaced yet: ")
     assert result.stdout.count("takes energy from the axis") == 1
 
 

@@ -296,7 +296,7 @@ def test_instability_with_less_than_the_benchs_delay_is_a_note() -> None:
 
     words = unstable_earlier((vertex(1.2, 0.99, 0.9), vertex(0.9, 1.05, 0.9)), 2)
     assert "unstable with 0 samples of delay at vertex v3 (spectral radius 1.2000)" in words
-    assert "must keep the bench's delay, 2 samples of delay" in words
+    assert "must wait until the bench's delay (2 samples of delay) has passed" in words
     assert unstable_earlier((vertex(0.9, 1.1),), 0) == ""  # refused, and no note
     assert unstable_earlier((vertex(0.9, 0.9),), 1) == ""
     assert [is_required(checked, 0) for checked in (0, 1)] == [True, True]

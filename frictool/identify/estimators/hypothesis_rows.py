@@ -68,8 +68,8 @@ class ReducedRows:
     def squares(self, hypotheses: Sequence[Hypothesis]) -> Vector | None:
         """Return the squared prediction error of each stroke in fits with `hypotheses`, (s,).
 
-        Each half of the strokes is predicted by a fit to the other half. Return None if a half does
-        not determine the parameters.
+        Each half of the strokes is predicted by a fit to the other half. Return None if one half of
+        the strokes does not determine the parameters.
         """
         chosen = [*self.columns(hypotheses), -1]
         out = np.empty(self.half.size)

@@ -65,8 +65,8 @@ def highest_peak(
     Returns
     -------
     SpectrumPeak or None
-        None if the travel is shorter than LEAST_PERIODS times `shortest`, if a half is empty, or if
-        all wave numbers are excluded.
+        None if the travel is shorter than LEAST_PERIODS times `shortest`, if a half has no samples,
+        or if all wave numbers are excluded.
     """
     low = float(position.min())
     travel = float(np.ptp(position))

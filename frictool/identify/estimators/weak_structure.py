@@ -103,7 +103,10 @@ class _Comparison:
         )
 
     def squares(self, order: int) -> Vector | None:
-        """Return the squared prediction error of each stroke, (s,); None if a half is too small."""
+        """Return the squared prediction error (s,) of each stroke, by a fit to the other half.
+
+        Return None if one half of the strokes does not determine the fit.
+        """
         needless = set(names_to(HIGHEST)) - set(names_to(order))
         columns = [k for k, name in enumerate(self.names) if name not in needless]
         squares = held_out_squares(self.plain, self.plain, halved(self.stroke), columns)

@@ -3,8 +3,8 @@
 A run is a motion in one direction from rest to rest. Its speed rises and falls as a raised cosine
 and is constant in between. The spare effort (`half_sines.spare_effort`) is the part of the largest
 effort that dry friction and load do not need. Half of the spare effort accelerates the axis, and
-half overcomes viscous friction at the top speed. The fastest run accelerates and decelerates over
-half of the travel.
+half overcomes viscous friction at the top speed. In the fastest run, acceleration and deceleration
+together take half of the travel.
 """
 
 from __future__ import annotations

@@ -46,7 +46,8 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     Parameters
     ----------
     bench
-        Bench whose limits the test respects on every axis within the a-priori intervals.
+        Bench. The test respects its limits for all parameter values within the a-priori
+        intervals.
     request
         Requested precision of the breakaway. If the request has a duration, the result is the most
         precise test of this duration.

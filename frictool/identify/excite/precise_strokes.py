@@ -140,7 +140,8 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     Parameters
     ----------
     bench
-        Bench whose limits the test respects on every axis within the a-priori intervals.
+        Bench. The test respects its limits for all parameter values within the a-priori
+        intervals.
     request
         Requested precisions of inertia, viscous friction, Coulomb friction and offset; precisions
         of other parameters are ignored.

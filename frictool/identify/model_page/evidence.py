@@ -143,8 +143,8 @@ class PositionPrediction:
 class HeldOutPositions:
     """Positions of each half of the logs, predicted by a model identified from the other half.
 
-    - held_out: False if the logs are too short for halves, or if a half does not determine a model;
-      the model then predicts the logs from which it was identified
+    - held_out: False if the logs are too short for halves, or if one half does not determine a
+      model; the model then predicts the logs from which it was identified
     - segments: predictions, one for each gap-free part of the records
     """
 

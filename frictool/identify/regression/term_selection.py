@@ -30,7 +30,7 @@ def held_out_squares(
     - half: half of the data to which each group belongs, 0 or 1, (g,)
     - columns: indices of the regressors; the last column is the target
 
-    Return None if a half does not determine the fit.
+    Return None if one half of the data does not determine the fit.
     """
     chosen = [*columns, -1]
     squares = np.empty(half.size)

@@ -48,8 +48,8 @@ class TextLayout:
     names, units: names and units of the columns.
     header_line, unit_line: lines with the names and with the units.
     first_line: line of the first row of numbers.
-    clock: name of the source of the times, for messages; None if the file has no times, or has a
-        numeric column of times.
+    clock: name of the source of the times, for messages; None if the file has no times, or if the
+        source is a numeric column.
     stamps: index of the column with dates or times of day; None if there is no such column.
     dates: order of the parts of these dates (kernels/iso8601.py).
     period_ns, start_ns: interval and start of the rows in ns, from a line above the numbers or

@@ -30,7 +30,9 @@ from frictool.typing import Vector
 QUANTILE = 1.959964  # quantile of the normal distribution for an interval at 95 %
 ROUNDED = 0.75  # fraction of a count's rounding error that passes the observer's dead zone
 MODEL_PART = 1.2  # weight of the predicted error h
-PASSED = 2.0  # largest distance moved since the last count, in counts
+# largest speed relative to one count per time since the last count; 2 if the speed rises steadily
+# from 0 (the axis moves by at most one count)
+PASSED = 2.0
 MEMORY = 100.0  # samples, time constant of the mean square of the observed error
 # indices of `state`: low-pass of delta_a, predicted error [rad/s | m/s], time since the last count
 # [s], last position, mean square and peak of the observed error

@@ -1,8 +1,8 @@
 """Linear map from wear and friction parameters to the coefficients of a row, with a prior.
 
-A weak-form row has p columns (`WeakFormLayout.names`), each with a coefficient. A kind of wear
-expresses the p coefficients by r parameters. The prior has a mean and a standard deviation for each
-parameter.
+A weak-form row has p columns (`WeakFormLayout.names`), each with a coefficient. For each kind of
+wear, the p coefficients are linear functions of r parameters. The prior has a mean and a standard
+deviation for each parameter.
 
     multiplicative   dry_d,z = wear            additive   dry_d,z = 1, level_d = added
     directional      dry_d,z = wear_d          zones      dry_d,z = wear_z
@@ -10,7 +10,8 @@ parameter.
 Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
 the zone z; wear, wear_d, wear_z and added are parameters. Every kind also has these parameters: the
 inertia, the viscous friction with its bends (changes of the slope over speed), and an offset of the
-effort with level_d = d offset. A current sensor, for example, may have an offset.
+effort, for example of the current sensor. The offset is added to level_1 and subtracted from
+level_-1.
 
 The prior is wide for parameters that differ between actuators or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds friction that depends on speed and is not in the

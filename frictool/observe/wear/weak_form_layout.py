@@ -148,7 +148,7 @@ def layout_of(
         raise FrictoolError(
             f"{model.name}: coulomb: found {friction:.3g}; allowed: > 0, "
             "because the wear multiplies the dry friction; identify from logs "
-            "that slip in both directions"
+            "in which the axis slips in both directions"
         )
     if window is None:
         inertia = model.parameters.inertia.value
