@@ -64,6 +64,11 @@ class SlipRows:
     effort: Vector
     temperature: Vector | None = None
 
+    @property
+    def size(self) -> float:
+        """Return the rms effort, N m | N."""
+        return float(np.sqrt(np.mean(self.effort**2)))
+
     def modelled_effort(self, values: Values, laws: Laws | None) -> Vector:
         """Return the effort (m,) that a model predicts for the measured motion, N m | N."""
         effort = (

@@ -14,6 +14,8 @@ from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.identify.validate.figures import effort_label
 from frictool.plant.axis import AxisParameters, rest
+from frictool.plant.axis_friction_laws import AxisLaws
+from frictool.plant.position_load import PositionLoad
 from studies.command_line import run
 from studies.rigs.identification_rigs import EMPS
 from tests.support.chromium import browser, find
@@ -132,6 +134,7 @@ def judged(model: Path, measured: Path) -> tuple[bool | None, float, str]:
     return found["reproduces"], found["judged_error_limit_rel"], " ".join(found["warnings"])
 
 
+SLOW = ((0.5, 0.08), (1.3, 0.02))
 STROKES = ((0.7, 0.1), (1.6, 0.03), (21.0, 3e-4))  # sines of a motion: Hz, m
 
 
@@ -181,13 +184,77 @@ def test_noise_of_the_encoder_is_no_error_of_the_model(tmp_path: Path) -> None:
         assert found["judged_error_limit_rel"] > 0.3
 
 
-def test_intervals_allow_for_their_width(tmp_path: Path) -> None:
-    """An inertia of 4 instead of 2 kg is wrong, unless its interval contains 2 kg."""
+def test_wide_intervals_alone_leave_the_answer_open(tmp_path: Path) -> None:
+    """An inertia of 4 instead of 2 kg is wrong, but may be 2 kg if its interval contains 2 kg."""
     wrong, measured = model(tmp_path, 4.0), two_bodies(tmp_path, 1)
-    assert judged(wrong, measured)[0] is False
+    holds, limit, _ = judged(wrong, measured)
+    assert holds is False
     text = wrong.read_text().replace("{value: 4.0,", "{value: 4.0, low: 1.5, high: 5.0,")
     wrong.write_text(text)
-    assert judged(wrong, measured)[0] is True
+    holds, wide, words = judged(wrong, measured)
+    assert (holds, wide) == (None, limit)
+    assert "only the model's wide intervals explain the error; add this log" in words
+
+
+def test_intervals_that_allow_any_effort_are_reported(tmp_path: Path) -> None:
+    path = model(tmp_path)
+    path.write_text(path.read_text().replace("{value: 0.5,", "{value: 0.5, low: -60, high: 60,"))
+    result = run("validate", path, two_bodies(tmp_path, 1))
+    assert result.code == 0
+    assert "the model's intervals allow an error of" in result.stderr
+
+
+def pressed(folder: Path, spring: float) -> Path:
+    """Write the log of an axis with a `spring` [N/m] that is then pressed against a stop."""
+    time = np.arange(8000) * PERIOD
+    effort = 30.0 * np.sin(2.0 * np.pi * 0.9 * time) + 5.0 * np.sin(2.0 * np.pi * 0.23 * time)
+    effort[6000:] = -45.0
+    axis = AXIS._replace(laws=AxisLaws(stops=(-0.2, 0.2)))
+    load = PositionLoad(spring).as_array()
+    x, v = np.empty((2, time.size))
+    p = replay_parameters(axis)
+    assert replay(p, load, rest(), effort, x, FREE, PERIOD, x, v) == 0
+    rows = np.column_stack([time, np.round(x, 6), 0.0 * x, effort / CONSTANT])
+    path = folder / f"pressed_{spring:g}.csv"
+    np.savetxt(path, rows, delimiter=",", header="time,x,wanted,i", comments="", fmt="%.12g")
+    return path
+
+
+def sprung(folder: Path, spring: float) -> Path:
+    """Write the model of the axis with a `spring` [N/m] and a travel of 0.4 m."""
+    path = model(folder)
+    travel = "coulomb: {value: 4, low: 2, high: 6, unit: N}\n"
+    text = path.read_text().replace(
+        travel, f"{travel}    travel: {{low: -0.2, high: 0.2, unit: m}}\n"
+    )
+    value = f"{{value: {spring}, unit: N/m, source: identified}}"
+    path.write_text(text + (f"laws: {{load: {{stiffness: {value}}}}}\n" if spring else ""))
+    return path
+
+
+def test_a_simulation_that_leaves_the_travel_is_no_yes(tmp_path: Path) -> None:
+    """Without the stop, 45 N extend the spring of 80 N/m by more than 0.5 m."""
+    holds, _, words = judged(sprung(tmp_path, 80.0), pressed(tmp_path, 80.0))
+    assert holds is None
+    assert "the simulated position leaves the travel, to -0." in words
+
+
+def test_drift_without_a_spring_is_normal(tmp_path: Path) -> None:
+    """Without a load, no effort brings the axis back, so that it may leave the travel."""
+    found = figures(sprung(tmp_path, 0.0), pressed(tmp_path, 0.0))
+    assert found["position_error_largest_m"] > 1.0
+
+
+def test_an_unstable_model_is_no_yes(tmp_path: Path) -> None:
+    """A spring of -20 N/m instead of 0 hardly changes the effort, but 8 s amplify its error."""
+    for travel in (True, False):
+        unstable = sprung(tmp_path, -20.0)
+        if not travel:
+            lines = unstable.read_text().splitlines()
+            unstable.write_text("\n".join(one for one in lines if "travel" not in one) + "\n")
+        holds, _, words = judged(unstable, two_bodies(tmp_path, 1, motion=SLOW))
+        assert holds is None
+        assert ("leaves the travel" if travel else "diverges") in words
 
 
 def test_ramps_decide_nothing(tmp_path: Path) -> None:

@@ -1,13 +1,27 @@
 """Judgement whether a model reproduces a log.
 
-An error is compared with a limit, both relative to the rms of the measured signal:
+An error is compared with two limits, relative to the rms of the measured signal:
 
-    limit^2 = DOUBTFUL_FORCE_ERROR^2 + noise^2 + intervals^2
+    limit^2 = DOUBTFUL_FORCE_ERROR^2 + noise^2
+    widest^2 = limit^2 + intervals^2
 
 The error is the force error. `noise` is the rms effort that noise of the encoder causes through the
 acceleration. `intervals` is the rms change of the model's effort if each sliding parameter moves to
 the farther end of its interval; these changes are regarded as independent. `identify` doubts a
 model with a force error above DOUBTFUL_FORCE_ERROR.
+
+A model reproduces a log only within `limit`, which does not increase with the model's intervals. An
+error above `widest` contradicts the model. Between the two limits, other values within the
+intervals may fit the log, but the model's values do not.
+
+The force error says nothing about samples at rest, and an unstable model may have a small force
+error. A model whose simulated position strays therefore does not reproduce the log, either:
+
+- If a controller holds the position, or a spring or gravity that exceeds friction and effort error,
+  the position must stay in the travel of the bench, extended by `limit` times the travel.
+- Other simulations drift, because the axis integrates errors of the effort. An rms error e moves a
+  sliding axis of inertia J and viscous friction b by at most e T min(1/b, T/J) during the time T.
+  A model with a spring or gravity that drifts further is unstable.
 
 The effort of a servo is computed from the few counts between goal and position. The error of a
 servo is therefore the rms position error, relative to the rms distance between goal and position,
@@ -24,9 +38,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
+from frictool.adapters.axis_model import load_law
+from frictool.documents.laws import Load
 from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
 from frictool.identify.breakaway.onset_detection import is_ramp
 from frictool.identify.fit_result import SLIDING
 from frictool.identify.fit_warnings import DOUBTFUL_FORCE_ERROR
@@ -40,6 +58,7 @@ from frictool.identify.rows.smoothing import (
 from frictool.typing import Vector
 
 EXPLAINS_NOTHING = 1.0  # force error of a model without any effort
+GRID_POINTS = 1001  # positions at which the load over the travel is evaluated
 
 
 @dataclass(frozen=True)
@@ -49,7 +68,7 @@ class Judgement:
     - holds: True if the error is within the limit, False if not, None if undecided
     - error, limit: judged error and its limit, relative to the measured signal; None if unknown
     - line: the answer in one sentence
-    - advice: what to do if the answer is no or undecided
+    - advice: what to do if the answer is no or undecided, or what to know if the answer is yes
     """
 
     holds: bool | None
@@ -60,12 +79,31 @@ class Judgement:
 
     @property
     def warning(self) -> str | None:
-        """Return answer and advice if the answer is no or undecided, else None."""
-        return None if self.holds else f"{self.line}; {self.advice}"
+        """Return answer and advice if the answer is no or undecided; else the advice or None."""
+        return (self.advice or None) if self.holds else f"{self.line}; {self.advice}"
+
+
+@dataclass(frozen=True)
+class SimulatedMotion:
+    """Measured and simulated position (n,) of a model, rad | m.
+
+    - duration: longest time of simulation without a restart, s
+    - held: True if a controller holds the simulated position
+    """
+
+    measured: Vector
+    simulated: Vector
+    duration: float
+    held: bool = False
 
 
 def judged_force(
-    model: Model, values: Values, record: MotionRecord, rows: SlipRows | None, error: float | None
+    model: Model,
+    values: Values,
+    record: MotionRecord,
+    rows: SlipRows | None,
+    error: float | None,
+    motion: SimulatedMotion,
 ) -> Judgement:
     """Return whether a model reproduces the effort of a log.
 
@@ -81,22 +119,37 @@ def judged_force(
         Slipping samples of the record; None if no sample slips.
     error
         Relative force error of the model; None if no sample slips.
+    motion
+        Measured and simulated position.
     """
     if rows is None or error is None:
         line = "undecided: no sample certainly slips"
         return Judgement(None, None, None, line, "validate on longer strokes")
-    limit = _force_limit(model, values, record, rows)
+    limit = math.hypot(DOUBTFUL_FORCE_ERROR, _noise(values, record, rows))
+    intervals = _intervals(model, values, rows)
     shown = f"force error {100.0 * error:.3g} %, limit {100.0 * limit:.3g} %"
     if error > limit and is_ramp(record, model.bench):
         line = f"undecided: {shown}; breakaway ramps show too little sliding"
         return Judgement(None, error, limit, line, "validate on strokes or steps")
-    if error > limit:
+    if error > math.hypot(limit, intervals):
         advice = "look at --page for a resonance, load or friction that the model lacks"
         return Judgement(False, error, limit, f"this log contradicts the model: {shown}", advice)
+    stray = _stray(model, values, motion, limit, rows)
+    if stray is not None:
+        line = f"undecided: {shown}; {stray}"
+        return Judgement(None, error, limit, line, "look at --page, and check the model's load")
+    if error > limit:
+        line = f"undecided: {shown}; only the model's wide intervals explain the error"
+        return Judgement(None, error, limit, line, "add this log to identify")
     if error > DOUBTFUL_FORCE_ERROR and limit >= EXPLAINS_NOTHING:
-        line = f"undecided: {shown}; encoder noise or wide intervals hide errors"
+        line = f"undecided: {shown}; encoder noise hides errors"
         return Judgement(None, error, limit, line, "validate on faster motion")
-    return Judgement(True, error, limit, f"the model reproduces this log: {shown}")
+    doubt = (
+        f"the model's intervals allow an error of {100.0 * intervals:.3g} %; another log may "
+        "contradict the model"
+    )
+    wide = doubt if intervals >= EXPLAINS_NOTHING else ""
+    return Judgement(True, error, limit, f"the model reproduces this log: {shown}", wide)
 
 
 def judged_positions(
@@ -127,15 +180,58 @@ def judged_positions(
     return Judgement(True, error, limit, f"the model reproduces this log: {shown}")
 
 
-def _force_limit(model: Model, values: Values, record: MotionRecord, rows: SlipRows) -> float:
-    size = float(np.sqrt(np.mean(rows.effort**2)))
+def _noise(values: Values, record: MotionRecord, rows: SlipRows) -> float:
+    """Return the rms effort of the encoder's noise, relative to the measured effort."""
     gain = float(np.linalg.norm(acceleration_response(record, rows.window)))
-    squares = (DOUBTFUL_FORCE_ERROR * size) ** 2
-    squares += (values["inertia"] * measurement_noise(record) * gain) ** 2
+    return values["inertia"] * measurement_noise(record) * gain / rows.size
+
+
+def _intervals(model: Model, values: Values, rows: SlipRows) -> float:
+    """Return the rms effort that the model's intervals allow, relative to the measured effort."""
     modelled = rows.modelled_effort(values, model.laws)
+    square = 0.0
     for name in SLIDING:
         low, high = getattr(model.parameters, name).interval
         end = low if values[name] - low > high - values[name] else high
         moved = rows.modelled_effort({**values, name: end}, model.laws)
-        squares += float(np.mean((moved - modelled) ** 2))
-    return math.sqrt(squares) / size if size > 0.0 else math.inf
+        square += float(np.mean((moved - modelled) ** 2))
+    return math.sqrt(square) / rows.size
+
+
+def _stray(
+    model: Model, values: Values, motion: SimulatedMotion, limit: float, rows: SlipRows
+) -> str | None:
+    """Return in words how far the simulated position strays; None if it does not."""
+    load = None if model.laws is None else model.laws.load
+    loaded = load is not None and (load.stiffness is not None or load.gravity is not None)
+    if not (loaded or motion.held):
+        return None  # drift is normal
+    travel = model.bench.mechanics.travel
+    low, high = float(np.min(motion.measured)), float(np.max(motion.measured))
+    if travel is not None:
+        low, high = min(low, travel.low), max(high, travel.high)
+    effort = limit * rows.size
+    if travel is not None and (
+        motion.held or _load_range(load, low, high) > values["coulomb"] + effort
+    ):
+        reach, where = limit * (high - low), "leaves the travel"
+    else:
+        mobility = motion.duration / values["inertia"]
+        if values["viscous"] > 0.0:
+            mobility = min(mobility, 1.0 / values["viscous"])
+        reach, where = effort * motion.duration * mobility, "diverges"
+    simulated = motion.simulated
+    beyond = np.maximum(low - simulated, simulated - high)
+    worst = int(np.argmax(beyond))
+    if beyond[worst] <= reach:
+        return None
+    unit = si_unit("position", model.axis)
+    return f"the simulated position {where}, to {simulated[worst]:.3g} {unit}"
+
+
+def _load_range(load: Load | None, low: float, high: float) -> float:
+    """Return the change of a load [N m | N] without its ripples from `low` to `high` [rad | m]."""
+    if load is None:
+        return 0.0
+    smooth = msgspec.structs.replace(load, ripple=None, harmonics=())
+    return float(np.ptp(load_law(smooth).at(np.linspace(low, high, GRID_POINTS))))

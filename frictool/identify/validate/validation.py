@@ -34,7 +34,7 @@ from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.disturbances_and_faults import with_friction
 from frictool.engine.dynamic_law_axis import with_contact, with_dynamic_law
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
-from frictool.engine.status_codes import MESSAGES, OK
+from frictool.engine.status_codes import MESSAGES, NOT_FINITE, OK
 from frictool.errors import LogError, NoSolutionError
 from frictool.identify.estimators.servo_simulation import ZERO, servo_quantities, simulated_position
 from frictool.identify.fit_result import CURVE, PARAMETERS
@@ -42,7 +42,12 @@ from frictool.identify.force_error import SlipRows, slip_rows
 from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.identify.rows.load_terms import load_values
 from frictool.identify.rows.segments import RecordSegment, whole
-from frictool.identify.validate.judgement import Judgement, judged_force, judged_positions
+from frictool.identify.validate.judgement import (
+    Judgement,
+    SimulatedMotion,
+    judged_force,
+    judged_positions,
+)
 from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
 from frictool.plant.axis import VELOCITY
@@ -52,6 +57,7 @@ from frictool.typing import Vector
 OPEN, CLOSED, SERVO = "open", "closed", "servo"
 FILTER_ORDER = 4
 FIELDS = (*PARAMETERS, *CURVE)  # fields of a model's parameters
+LARGEST_SQUARED = 1e-6 * float(np.finfo(float).max) ** 0.5  # sums of squares stay finite
 HIGHEST_CUTOFF = 0.4  # highest cut-off frequency of the low-pass, relative to the sampling rate
 
 
@@ -199,8 +205,10 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
     }
     goal = _reference(pieces, skip)
     if record.servo is None or goal is None:
+        duration = record.period * max(piece.last - piece.first for piece in pieces)
+        motion = SimulatedMotion(*signals["position"], duration, request.servo is not None)
         error = _relative(*signals["force"])
-        judgement = judged_force(model, parameter_values(model), record, rows, error)
+        judgement = judged_force(model, parameter_values(model), record, rows, error, motion)
     else:
         judgement = judged_positions(record, goal, *signals["position"])
     return _compared(model.axis, request, signals, pieces, judgement)
@@ -321,6 +329,8 @@ def _run(
         simulated_effort["effort"] = (effort, u)
     else:
         status = replay(p, load, state, effort, piece.position, FREE, period, x, v)
+    if status == OK and not float(np.max(np.abs(x))) < LARGEST_SQUARED * period**2:
+        status = NOT_FINITE
     if status != OK:
         raise NoSolutionError(f"{record.name}: {MESSAGES[status]}; check the model's parameters")
     return _compared_positions(piece, x, cutoff) | simulated_effort
