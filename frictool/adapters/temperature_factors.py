@@ -55,15 +55,18 @@ def temperature_words(owner: str, text: str) -> str:
 def reference_words(law: FrictionOverTemperature, vertices: bool = False) -> str:
     """Return a text on the reference temperature and the range of friction at other temperatures.
 
-    `vertices`: True to add that the model's vertices apply to the reference temperature only.
+    `vertices`: True to add that the model's vertices apply to the reference temperature only. The
+    text is empty if the friction changes nowhere within the range of temperature.
     """
     low, high = law.over.low, law.over.high
-    viscous, dry = temperature_factors(law, np.linspace(low, high, POINTS))
+    factors = temperature_factors(law, np.linspace(low, high, POINTS))
+    viscous, dry = (f"{one.min():.3g} to {one.max():.3g}" for one in factors)
+    if viscous == dry == "1 to 1":
+        return ""
     only = ", and the vertices hold at this temperature only" if vertices else ""
     return (
         f"the friction at {law.reference.value:.4g} degC is used{only}; from {low:.4g} to "
-        f"{high:.4g} degC viscous friction is {viscous.min():.3g} to {viscous.max():.3g} and dry "
-        f"friction {dry.min():.3g} to {dry.max():.3g} times this value"
+        f"{high:.4g} degC viscous friction is {viscous} and dry friction {dry} times this value"
     )
 
 

@@ -52,8 +52,7 @@ def note_temperature(path: Path, model: Model, vertices: bool = False) -> None:
     from frictool.adapters.temperature_factors import reference_words
 
     law = None if model.laws is None else model.laws.temperature
-    if law is not None:
-        text = reference_words(law, vertices)
+    if law is not None and (text := reference_words(law, vertices)):
         note(f"warning: {path}: {text}; let the ranges in bench.yaml include these values")
 
 

@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+import msgspec
 import numpy as np
 
+from frictool.adapters.axis_model import load_law
 from frictool.documents.bench import Bench
 from frictool.documents.name_list import listed
 from frictool.documents.quantity import Quantity, drive_dimension, si_unit
@@ -33,6 +35,7 @@ SPREAD = 30.0
 # a gear ratio missing in position and effort scales each parameter by this power of the ratio
 GEARED = {"inertia": 2.0, "viscous": 2.0, "coulomb": 1.0}
 MOST_OF_TRAVEL = 0.5
+GRID_POINTS = 101  # positions at which the slope of the load is evaluated
 LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
 
 
@@ -93,6 +96,29 @@ def cover_travel(ramp: Breakaway, records: Sequence[MotionRecord]) -> bool:
     """Return whether the ramps cover at least MOST_OF_TRAVEL of the travel of the records."""
     travel = max((float(np.ptp(record.position)) for record in records), default=0.0)
     return float(np.ptp(ramp.position)) >= MOST_OF_TRAVEL * travel
+
+
+def unstable_load_warnings(
+    fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench
+) -> list[str]:
+    """Return a warning if spring and gravity of the model fall at every position of the logs."""
+    load = None if fit.laws is None else fit.laws.load
+    positions = [one.position for one in records if one.velocity is None]
+    if load is None or not positions:
+        return []
+    low = min(float(one.min()) for one in positions)
+    high = max(float(one.max()) for one in positions)
+    smooth = msgspec.structs.replace(load, ripple=None, harmonics=())
+    slope = np.diff(load_law(smooth).at(np.linspace(low, high, GRID_POINTS)))
+    if not np.all(slope < 0.0):
+        return []
+    mean = float(np.sum(slope)) / (high - low)
+    unit = si_unit("stiffness", bench.axis)
+    return [
+        f"the load falls by {-mean:.3g} {unit} at all positions of the logs, as at the top of an "
+        "inverted pendulum; if the axis is none, record longer strokes, or declare load.terms: "
+        "[offset]"
+    ]
 
 
 def local_ramp_warnings(

@@ -32,6 +32,7 @@ from frictool.identify.fit_warnings import (
     local_ramp_warnings,
     replacement_warnings,
     short_stroke_warnings,
+    unstable_load_warnings,
 )
 from frictool.identify.interval_checks import NEVER_NEGATIVE, below_coulomb
 from frictool.identify.log_disagreement import pooling_warnings
@@ -248,6 +249,7 @@ def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list
         *replacement_warnings(free, fit, outcome.identified),
         *([] if logs.drive_off else doubt_warnings(fit, logs.method)),
         *short_stroke_warnings(fit, logs.sliding),
+        *unstable_load_warnings(fit, logs.sliding, logs.bench),
         *pooling_warnings(logs.sliding, logs.bench, logs.settings, free),
     ]
     if logs.method != methods.DEFAULT and not logs.drive_off:

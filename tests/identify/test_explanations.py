@@ -13,9 +13,9 @@ import pytest
 
 from frictool.adapters.axis_model import load_law
 from frictool.documents.bench import Bench
-from frictool.documents.laws import Laws
+from frictool.documents.laws import Gravity, Laws, Load
 from frictool.documents.load_terms import LoadTerms, RipplePeriod, Term
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.registry import load as load_document
 from frictool.identify.estimators.explanation_search import (
     ExplanationSearch,
@@ -23,6 +23,7 @@ from frictool.identify.estimators.explanation_search import (
 )
 from frictool.identify.estimators.position_spectrum import highest_peak
 from frictool.identify.fit_result import Explanation, SlidingFit, UnusableLogs
+from frictool.identify.fit_warnings import unstable_load_warnings
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record, record_of
 from frictool.identify.regression.joint_test import joint_probability
@@ -157,6 +158,47 @@ def test_a_ripple_of_about_one_period_in_the_travel_is_not_a_spring(cycles: int)
             low, high = found.interval
             held.append(low <= true <= high)
     assert sum(held) >= 10
+
+
+def pulled(seed: int, stiffness: float, bench: Bench) -> MotionRecord:
+    """Return the record of an axis with a spring [N m/rad | N/m] along given strokes."""
+    draw = np.random.default_rng([seed, 6])
+    time = np.arange(10_000) * 1e-3
+    x = np.full(time.size, draw.uniform(-0.1, 0.1))
+    for amplitude, f in ((0.2, 0.61), (0.1, 1.3), (0.05, 2.9)):
+        x += amplitude * np.sin(2.0 * np.pi * f * time + draw.uniform(0.0, 6.0))
+    v: Vector = np.gradient(x, time)
+    effort: Vector = 5.0 * np.gradient(v, time) + 12.0 * v + 8.0 * np.sign(v) + stiffness * x
+    effort += 0.05 * draw.standard_normal(time.size)
+    return make_record("log", time, np.floor(x / COUNT) * COUNT, effort, COUNT, 0.0)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_spring_of_negative_stiffness_is_reported_and_not_used(seed: int) -> None:
+    """An axis that a controller holds at an unstable equilibrium needs less effort further out."""
+    bench = linear_bench()
+    stable, _ = search_explanations([pulled(seed, 20.0, bench)], bench, USUAL)
+    assert stable is not None
+    assert "spring" in stable.terms
+    load, found = search_explanations([pulled(seed, -20.0, bench)], bench, USUAL)
+    assert load is None or "spring" not in load.terms
+    left = [one.what for one in found if one.state == "left"]
+    assert left[0] == "a spring of negative stiffness"
+
+
+@pytest.mark.parametrize(("sine", "doubt"), [(4.0, False), (-4.0, True)])
+def test_gravity_that_makes_the_whole_log_unstable_is_a_warning(sine: float, doubt: bool) -> None:
+    """Within 0.5 rad of the position 0, gravity falls with the position if its sine is negative."""
+    bench = rotary_bench(None)
+    log = pulled(1, 0.0, bench)
+    log = replace(log, effort=log.effort + sine * np.sin(log.position))
+    weight = Gravity(*(Estimate(value=one, unit="N m", source="identified") for one in (sine, 0.0)))
+    fit = SlidingFit({}, {}, 0.0, None, 1.0, 1, laws=Laws(load=Load(gravity=weight)))
+    warnings = unstable_load_warnings(fit, [log], bench)
+    assert bool(warnings) == doubt
+    if doubt:
+        assert "the load falls by 3." in warnings[0]
+        assert len(warnings[0]) < 190
 
 
 def test_late_effort_is_a_delay() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.identify.breakaway.onset_detection import find_onsets
+from frictool.identify.breakaway.onset_detection import find_onsets, is_ramp, why_unusable
 from frictool.identify.motion_record import make_record
 from frictool.logs.quality.ramps import are_ramps, rests_of
 from studies.command_line import CommandResult, run
@@ -119,6 +119,21 @@ def test_a_log_without_a_rest_that_is_named_as_ramps_is_refused(tmp_path: Path) 
     never = position + 2.0 * arm.step * np.arange(position.size)  # a count at each sample
     log, bench = write_log(tmp_path / "moving.csv", never, effort), write_bench(tmp_path, arm)
     refused(run("identify", "--ramp", log, "--bench", bench), 1, "0 breakaways")
+
+
+def test_a_log_with_ramps_among_creep_states_why_it_is_no_log_of_ramps(tmp_path: Path) -> None:
+    """Teeth from a high level, as of creep, rest as long before motions as the ramps."""
+    arm = Arm()
+    tooth = np.linspace(0.0, 1.0, 100)
+    effort = np.concatenate([*[tooth] * 12, *[0.8 + 0.2 * tooth] * 12]) * arm.breakaway
+    position = np.repeat(np.arange(24.0), 100) * arm.step
+    log = make_record("teeth", np.arange(2400) * PERIOD, position, effort, arm.step, 0.0)
+    bench = load(write_bench(tmp_path, arm), Bench)
+    assert not is_ramp(log, bench)
+    reason = why_unusable(log, bench)
+    assert reason is not None
+    assert "teeth is read as sliding: its 12 ramps take 52 % of the rests before" in reason
+    assert why_unusable(log.part(slice(1200, None)), bench) is None
 
 
 def test_the_rise_decides_and_not_the_line() -> None:

@@ -15,6 +15,7 @@ from frictool.adapters.temperature_factors import reference_words
 from frictool.cli.excite_test import save_test
 from frictool.documents.bench import Bench
 from frictool.documents.laws import FrictionOverPosition, Laws, Load, Polynomial, Ripple
+from frictool.documents.load_terms import LoadTerms
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.registry import load
@@ -403,11 +404,15 @@ def test_commands_from_an_empty_bench_to_enough(tmp_path: Path) -> None:
 
 
 def warmed(log: Log, ends: tuple[float, float]) -> Log:
-    """Return the log with a temperature [degC] that changes linearly between `ends`."""
+    """Return the log with a temperature [degC] that changes linearly between `ends`.
+
+    The current decreases by 2 % per kelvin, as for a friction that decreases with temperature.
+    """
     stream = log.main
     warm = np.linspace(*ends, stream.time.size)
     units = {**stream.units, "temperature": "degC"}
-    signals = {**stream.signals, "temperature": warm}
+    current = stream.signals["current"] * np.exp(-0.02 * (warm - np.mean(warm)))
+    signals = {**stream.signals, "temperature": warm, "current": current}
     return replace(log, streams=(replace(stream, signals=signals, units=units),))
 
 
@@ -416,10 +421,11 @@ def test_a_plan_says_at_which_temperature_its_vertices_hold(
 ) -> None:
     """Without a temperature in the logs nothing is said; `plan` and `synth` say the same."""
     bench, spec, model = (tmp_path / name for name in ("bench.yaml", "spec.yaml", "model.yaml"))
-    bench.write_text(to_yaml(BELT))
     spec.write_text(SPEC)
     said = []
     for name, ends in (("plain", None), ("warm", (20.0, 35.0))):
+        load_terms = None if ends is None else LoadTerms(("offset", "temperature"))
+        bench.write_text(to_yaml(structs.replace(BELT, load=load_terms)))
         paths = []
         for number, log in enumerate(logs):
             path = tmp_path / f"{name}{number}.mcap"

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.adapters.temperature_factors import reference_words
 from frictool.campaign.draws.factor_space import space_of
 from frictool.campaign.draws.spread_factors import spread_factors
 from frictool.campaign.trials.campaign_warnings import remarks_of
@@ -103,6 +104,11 @@ def model(viscous: float = 1.0, dry: float = 1.0) -> Model:
 
 def degrees(value: float) -> Quantity:
     return Quantity(value=value, unit="degC")
+
+
+def test_a_law_without_an_effect_is_not_mentioned() -> None:
+    assert "viscous friction is" in reference_words(LAW)
+    assert reference_words(msgspec.structs.replace(LAW, viscous=None, coulomb=None)) == ""
 
 
 def played(plant: Model, test: Scenario) -> Log:

@@ -26,7 +26,18 @@ from frictool.identify.breakaway.onset import travel
 from frictool.identify.fit_result import Interval
 from frictool.identify.motion_record import MotionRecord, once_per_record
 from frictool.identify.rows.strokes import find_strokes
-from frictool.logs.quality.ramps import STRAIGHT, are_ramps, ramps_among, rests_of, without_flicker
+from frictool.logs.quality.ramps import (
+    FEWEST_RAMPS,
+    RAMP_SHARE,
+    REST_SHARE,
+    STRAIGHT,
+    are_ramps,
+    ramp_share,
+    ramps_among,
+    resting_time,
+    rests_of,
+    without_flicker,
+)
 from frictool.plant.weak_form import effort_weights
 from frictool.typing import Vector
 
@@ -85,17 +96,24 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
 
 
 def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
-    """Return why a log of ramps has too few breakaways for `is_ramp`; None without ramps."""
+    """Return why `is_ramp` rejects a log that rests most of the time; None without ramps."""
     record = _steady(record)
     rests = _rests(record, _heaviest(bench))
-    if not are_ramps(rests, record.position, record.effort):
+    if resting_time(rests) < REST_SHARE * record.position.size:
         return None
-    ramps = int(np.sum(ramps_among(rests, record.position, record.effort)))
+    among = ramps_among(rests, record.position, record.effort)
+    ramps = int(np.sum(among))
+    name = Path(record.name).name
+    if ramps < FEWEST_RAMPS:
+        return None
+    share = ramp_share(rests, among, record.position)
+    if share < RAMP_SHARE:
+        return (
+            f"{name} is read as sliding: its {ramps} ramps take {100.0 * share:.2g} % of the rests "
+            f"before motions, needed: {100.0 * RAMP_SHARE:g} %; if it is a log of ramps, use --ramp"
+        )
     usable = len(find_onsets(record, bench))
-    text = (
-        f"{Path(record.name).name} has {ramps} ramps, but {usable} usable breakaways; needed: "
-        f"{FEWEST_ONSETS}"
-    )
+    text = f"{name} has {ramps} ramps, but {usable} usable breakaways; needed: {FEWEST_ONSETS}"
     if bench.mechanics.backlash is None:
         return f"{text}: from rest, raise the effort evenly until the axis moves, and repeat"
     unit = "rad" if bench.axis == "rotary" else "m"

@@ -18,7 +18,9 @@ significantly and noticeably, and the parameters of the hypothesis differ signif
 longer explains effort with smoothing windows of twice the length. A load that noise hides is used
 if it passes both tests with these longer windows. At the end, a hypothesis is removed again in two
 cases: the prediction errors increase little without the hypothesis, or a parameter has become
-negative that cannot be negative, such as friction proportional to the inertial load.
+negative that cannot be negative, such as friction proportional to the inertial load. A spring of
+negative stiffness is not used either: an unstable equilibrium is rarer than another effect that
+looks like it over a part of the travel.
 
 Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify_effects.md states further conditions and the significance levels.
@@ -38,6 +40,7 @@ from frictool.documents.load_terms import MOST_HARMONICS, LoadTerms
 from frictool.identify.estimators.hypothesis_rows import ReducedRows
 from frictool.identify.estimators.load_hypotheses import (
     LOADS,
+    UNSTABLE_SPRING,
     Structure,
     declared_term,
     harmonic,
@@ -381,8 +384,14 @@ def _trials(
     for one, table, chance, wave in candidates:
         squares = table.squares([*used, one])
         if squares is not None and table.visible(one, used):
-            out.append(Trial(one, table, squares, chance, wave))
+            named = one if _stable(one, table, used) else UNSTABLE_SPRING
+            out.append(Trial(named, table, squares, chance, wave))
     return out
+
+
+def _stable(one: Hypothesis, rows: ReducedRows, others: Sequence[Hypothesis]) -> bool:
+    """Return False if `one` is a spring of negative stiffness in a fit with `others`."""
+    return one.term != SPRING or rows.fitted_to(one, others)[0] > 0.0
 
 
 def _hidden(
@@ -437,7 +446,9 @@ def search_explanations(
         usable = [
             one
             for one in trials
-            if _spans_a_turn(one) and not any(one is other for other in rejected)
+            if _spans_a_turn(one)
+            and one.hypothesis is not UNSTABLE_SPRING
+            and not any(one is other for other in rejected)
         ]
         if not usable:
             break
@@ -479,7 +490,8 @@ def search_explanations(
         others = [other for other in used if other is not one]
         if not others:
             continue
-        needed = rows.possible(one, others) and (
+        possible = rows.possible(one, others) and _stable(one, rows, others)
+        needed = possible and (
             _better(one, best, rows.squares(others), settings.confidence)
             or (
                 smooth is not None

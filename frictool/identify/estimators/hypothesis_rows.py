@@ -100,12 +100,15 @@ class ReducedRows:
         size = float(np.linalg.norm(self.sides[:, :, :-1] @ factor))
         return size / float(np.sqrt(self.samples.velocity.size))
 
+    def fitted_to(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> Vector:
+        """Return the parameters of `tested` in a fit with `others`."""
+        columns = self.columns([*others, tested])
+        chosen = [self.names[k] in tested.names for k in columns]
+        return np.asarray(self.fitted(columns)[chosen])
+
     def amplitude(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
         """Return the amplitude [N m | N] of the ripple `tested` in a fit with `others`."""
-        columns = self.columns([*others, tested])
-        value = self.fitted(columns)
-        chosen = [self.names[k] in tested.names for k in columns]
-        return float(np.linalg.norm(value[chosen]))
+        return float(np.linalg.norm(self.fitted_to(tested, others)))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
         """Return whether the rows determine `tested`, and noise cannot cause its effort.
@@ -137,13 +140,7 @@ class ReducedRows:
         """Return whether the parameters of `tested` have a possible sign in a fit with `others`."""
         if not tested.positive:
             return True
-        columns = self.columns([*others, tested])
-        values = self.fitted(columns)
-        return all(
-            value > 0.0
-            for k, value in zip(columns, values, strict=True)
-            if self.names[k] in tested.names
-        )
+        return bool(np.all(self.fitted_to(tested, others) > 0.0))
 
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
         """Return the decrease of the mean square residual that added columns cause by noise alone.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -35,6 +35,14 @@ LOADS = (
         WHAT["viscous_by_direction"],
         "declare load.terms: [offset, viscous_by_direction]",
     ),
+)
+
+# a spring of negative stiffness, which `auto` reports but does not use: it pushes the axis away
+# from its equilibrium, and a controller designed for it relies on this sign
+UNSTABLE_SPRING = replace(
+    LOADS[0],
+    what="a spring of negative stiffness",
+    settle="record strokes over the whole travel, or declare load.terms: [offset, spring]",
 )
 
 

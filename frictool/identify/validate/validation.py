@@ -206,7 +206,8 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
     goal = _reference(pieces, skip)
     if record.servo is None or goal is None:
         duration = record.period * max(piece.last - piece.first for piece in pieces)
-        motion = SimulatedMotion(*signals["position"], duration, request.servo is not None)
+        measured, simulated = signals["position"]
+        motion = SimulatedMotion(measured, simulated, duration, request.servo is not None)
         error = _relative(*signals["force"])
         judgement = judged_force(model, parameter_values(model), record, rows, error, motion)
     else:

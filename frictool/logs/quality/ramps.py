@@ -64,15 +64,28 @@ def without_flicker(position: Vector, count: float) -> Vector:
 
 def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector) -> bool:
     """Return True if a log consists of breakaway ramps; for the parameters see `ramps_among`."""
-    length = np.array([end - start for start, end in rests])
-    if np.sum(length) < REST_SHARE * position.size:
+    if resting_time(rests) < REST_SHARE * position.size:
         return False
-    moved = np.array([_direction(position, end) != 0.0 for _, end in rests])
     ramps = ramps_among(rests, position, drive)
-    return bool(
-        np.sum(ramps) >= FEWEST_RAMPS
-        and np.sum(length[ramps]) >= RAMP_SHARE * np.sum(length[moved])
-    )
+    enough = int(np.sum(ramps)) >= FEWEST_RAMPS
+    return enough and ramp_share(rests, ramps, position) >= RAMP_SHARE
+
+
+def resting_time(rests: Sequence[tuple[int, int]]) -> int:
+    """Return the number of samples in all rests."""
+    return sum(end - start for start, end in rests)
+
+
+def ramp_share(
+    rests: Sequence[tuple[int, int]], ramps: NDArray[np.bool_], position: Vector
+) -> float:
+    """Return the duration of the ramps, relative to all rests that end in motion.
+
+    `ramps`: result of `ramps_among`.
+    """
+    length = np.array([end - start for start, end in rests], dtype=np.int64)
+    moved = np.array([_direction(position, end) != 0.0 for _, end in rests], dtype=np.bool_)
+    return float(np.sum(length[ramps])) / max(float(np.sum(length[moved])), 1.0)
 
 
 def ramps_among(
