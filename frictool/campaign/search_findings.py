@@ -30,7 +30,10 @@ ATTEMPTS = 12  # largest number of candidates that are tried for the relaxation 
 
 @dataclass(frozen=True)
 class Relaxation:
-    """Requirement, and a changed limit [SI] with which a candidate passes every test."""
+    """Requirement, and a changed limit [SI] with which a candidate passes every test.
+
+    The limit suffices; another search may pass with a smaller change.
+    """
 
     metric: Any
     limit: float

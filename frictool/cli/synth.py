@@ -40,9 +40,9 @@ the specification in simulation, with a reserve of 5 % (none for oscillations, d
 writes the design of this controller with a comment on each value. That design can be changed and
 passed with --design. If no design is found, the exit code is 4. The message then states the worst
 values of the best candidate over all plants, and the step and plant of each missed requirement. It
-suggests a limit to relax only if a candidate then meets all requirements in simulation. Even if no
-design is found, a controller may exist. An interrupted search prints the values of its best
-candidate.
+suggests a limit to relax only if a candidate then meets all requirements in simulation; a smaller
+change may suffice. Even if no design is found, a controller may exist. An interrupted search prints
+the values of its best candidate.
 
 \b
 Methods (`method` of the design), and the use of each:

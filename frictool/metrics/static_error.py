@@ -8,6 +8,9 @@ from frictool.metrics.final_value import final_value, tail_samples
 from frictool.typing import Vector
 
 MOVES = 2.0  # largest peak-to-peak change of the position of a resting axis, in sensor steps
+# rounding error of the mean of positions that are multiples of an encoder step, relative to the
+# largest position
+ROUNDING = 16.0 * float(np.finfo(np.float64).eps)
 
 
 def static_error(position: Vector, target: float, resolution: float = 0.0) -> float:
@@ -18,11 +21,16 @@ def static_error(position: Vector, target: float, resolution: float = 0.0) -> fl
     MOVES times `resolution`, the mean would hide an oscillation; the result is then the largest
     |target - position| at the end of the hold. `resolution` is the sensor's step [rad or m], 0 if
     unknown; the axis then counts as resting.
+
+    The rounding error of the positions is subtracted. An error of one encoder step therefore meets
+    a limit of one encoder step.
     """
     end = position[-tail_samples(position.size) :]
     if moves(end, resolution):
-        return float(np.max(np.abs(target - end)))
-    return abs(target - final_value(position))
+        error = float(np.max(np.abs(target - end)))
+    else:
+        error = abs(target - final_value(position))
+    return max(error - ROUNDING * max(abs(target), float(np.max(np.abs(end)))), 0.0)
 
 
 def moves(end: Vector, resolution: float) -> bool:

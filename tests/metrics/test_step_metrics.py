@@ -141,6 +141,19 @@ def test_static_error_counts_either_side() -> None:
     assert static_error(np.full(100, 56.5), 55.0) == pytest.approx(1.5)
 
 
+def test_a_rest_some_counts_off_meets_a_limit_of_as_many_counts() -> None:
+    """Positions and target are rounded multiples of the encoder's step."""
+    draw = np.random.default_rng(12)
+    for _ in range(500):
+        step = float(f"{10.0 ** draw.uniform(-7.0, -2.0):.3g}")
+        target, counts = int(draw.integers(-(10**6), 10**6)), int(draw.integers(1, 10))
+        position = np.full(int(draw.integers(20, 3000)), (target + counts) * step)
+        limit = counts * step
+        assert static_error(position, target * step, step) <= limit
+        assert static_error(position + 1e-3 * step, target * step, step) > limit
+        assert static_error(position, target * step, step) == pytest.approx(limit, rel=1e-7)
+
+
 def test_final_value_is_the_mean_of_the_last_tenth() -> None:
     assert final_value(
         np.concatenate((np.zeros(900), np.full(50, 1.0), np.full(50, 2.0)))

@@ -67,7 +67,8 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
 
     The lines state the number of candidates, the fastest response that the drive allows, and the
     values of the best candidate. They also list limits of single requirements, and a range of a
-    parameter, with which a candidate passes every test.
+    parameter, with which a candidate passes every test. The search does not look for the smallest
+    change of a limit.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
@@ -82,7 +83,7 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
         f"  {one.metric.key}: {number_words(one.limit, one.metric.unit)}"
         for one in findings.relaxations
     ]
-    head = "relax one limit; with each of these values, a candidate passes every test:"
+    head = "relax one limit; each of these values suffices, and a smaller change may suffice, too:"
     none = "no candidate passes every test if only one limit is relaxed: relax several limits"
     narrower = narrower_words(found)
     ranges = ["narrow a range; with this range, a candidate passes every test:", f"  {narrower}"]
