@@ -11,6 +11,7 @@ import pytest
 
 from frictool.campaign import search_findings
 from frictool.campaign.search_findings import CandidateExamination, rounded_outwards
+from frictool.campaign.views.search_view import relaxation_lines
 from frictool.errors import NoSolutionError
 from frictool.synth.search.played_search import Candidate, PlayedExtent
 from frictool.synth.search.played_tests import PlayedTests
@@ -94,6 +95,9 @@ def test_a_relaxation_is_reported_only_if_a_candidate_passes_on_all_plants(
     found = examination(monkeypatch, lambda design: True).findings([fast, slow])
     (relaxed,) = found.relaxations
     assert (relaxed.metric.key, relaxed.limit) == ("response_time_95_s", 1.619)
+    head, line = relaxation_lines(found)
+    assert "each of these values suffices, and a smaller change may" in head
+    assert line == "  response_time_95_s: 1.619 s"
     assert found.best is not None
     assert found.best.design == slow.design
     assert found.places == {"response_time_95_s": "step 2 to 1.2 rad, v01"}

@@ -67,8 +67,7 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
 
     The lines state the number of candidates, the fastest response that the drive allows, and the
     values of the best candidate. They also list limits of single requirements, and a range of a
-    parameter, with which a candidate passes every test. The search does not look for the smallest
-    change of a limit.
+    parameter, with which a candidate passes every test.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
@@ -79,11 +78,7 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
         None if overshoot is None else overshoot / 100.0,
     )
     findings = found.findings or SearchFindings()
-    relaxed = [
-        f"  {one.metric.key}: {number_words(one.limit, one.metric.unit)}"
-        for one in findings.relaxations
-    ]
-    head = "relax one limit; each of these values suffices, and a smaller change may suffice, too:"
+    relaxed = relaxation_lines(findings)
     none = "no candidate passes every test if only one limit is relaxed: relax several limits"
     narrower = narrower_words(found)
     ranges = ["narrow a range; with this range, a candidate passes every test:", f"  {narrower}"]
@@ -91,9 +86,22 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
         *(f"searched: {one.family}, {_candidates(one)}" for one in found.outcomes),
         f"bound: {bound.words(bench)}",
         *best_lines(found, test),
-        *([head, *relaxed] if relaxed else [] if narrower else [none]),
+        *(relaxed or ([] if narrower else [none])),
         *(ranges if narrower else []),
     ]
+
+
+def relaxation_lines(findings: SearchFindings) -> list[str]:
+    """Return lines with limits of single requirements that a candidate meets; empty without one.
+
+    The search does not look for the smallest change of a limit.
+    """
+    relaxed = [
+        f"  {one.metric.key}: {number_words(one.limit, one.metric.unit)}"
+        for one in findings.relaxations
+    ]
+    head = "relax one limit; each of these values suffices, and a smaller change may suffice, too:"
+    return [head, *relaxed] if relaxed else []
 
 
 def narrower_words(found: AutomaticDesign) -> str:
