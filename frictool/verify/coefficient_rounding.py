@@ -11,10 +11,10 @@ from frictool.control.coefficient_words import BITS, round_coefficient
 from frictool.documents.controller import LinearController, Number, StateSpace
 
 Rows = tuple[tuple[float, ...], ...]
-Held = Callable[[float], float]
+CoefficientRounder = Callable[[float], float]
 
 
-def coefficient_rounder(number: Number) -> Held:
+def coefficient_rounder(number: Number) -> CoefficientRounder:
     """Return the function that rounds one coefficient to a number format.
 
     The format is double, float, or a fixed-point word. In fixed point, each coefficient has a

@@ -37,7 +37,7 @@ from frictool.documents.design import Structure
 from frictool.plant.block_diagram import DiagramBlock, connect
 from frictool.plant.linear_axis import INPUTS, AxisRates, linear_axis
 from frictool.plant.lti import Lti, delay, gain
-from frictool.verify.coefficient_rounding import Held
+from frictool.verify.coefficient_rounding import CoefficientRounder
 from frictool.verify.observer_loop import DRIVEN, SHOWN, ObserverSpeed, shown_speeds
 
 ETA, DIFFERENCE, SPEED = "eta", "difference", "sampled_speed"
@@ -79,7 +79,7 @@ def feedbacks(
     law: PositionLaw | None,
     velocity: Velocity,
     period: float,
-    hold: Held = float,
+    hold: CoefficientRounder = float,
 ) -> tuple[FeedbackLoop, ...]:
     """Return the loop of the linear controller and, with a proportional law, the outer loop.
 
@@ -106,7 +106,11 @@ def feedbacks(
 
 
 def speed_feedback(
-    c: Lti, velocity: Velocity, position_gain: float, period: float, hold: Held = float
+    c: Lti,
+    velocity: Velocity,
+    position_gain: float,
+    period: float,
+    hold: CoefficientRounder = float,
 ) -> FeedbackLoop:
     """Return the speed loop or, for `position_gain` > 0, the position loop around the speed loop.
 
@@ -198,7 +202,7 @@ def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[F
     )
 
 
-def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
+def low_pass(velocity: Velocity, period: float, hold: CoefficientRounder = float) -> Lti:
     """Return the low-pass F(z) of the velocity block, of order 1 or 2, with rounded coefficients.
 
     F is 1 if the velocity block has no filter. Raises ValueError if an observer estimates the

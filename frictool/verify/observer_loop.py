@@ -31,7 +31,7 @@ from frictool.errors import NoSolutionError
 from frictool.plant.block_diagram import DiagramBlock, connect
 from frictool.plant.lti import Lti, delay
 from frictool.typing import Matrix
-from frictool.verify.coefficient_rounding import Held
+from frictool.verify.coefficient_rounding import CoefficientRounder
 from frictool.verify.hinf_norm import spectral_radius
 
 SHOWN, MOVED, DRIVEN = "shown", "motion", "u"
@@ -49,7 +49,7 @@ class ObserverSpeed:
     mode: str = ""
 
 
-def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ObserverSpeed, ...]:
+def shown_speeds(observer: Observer, hold: CoefficientRounder = float) -> tuple[ObserverSpeed, ...]:
     """Return the linear observer of each slip mode; a tracking observer has one mode.
 
     `hold` is a function that rounds coefficients (verify/coefficient_rounding.py).
@@ -59,7 +59,7 @@ def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ObserverSpeed,
     )
 
 
-def check_observer(observer: Observer, hold: Held = float) -> None:
+def check_observer(observer: Observer, hold: CoefficientRounder = float) -> None:
     """Raise NoSolutionError if the estimation error does not decay while the axis slips.
 
     An observer whose error does not decay diverges in any loop.
@@ -74,7 +74,7 @@ def check_observer(observer: Observer, hold: Held = float) -> None:
             )
 
 
-def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
+def _alone(observer: Observer, hold: CoefficientRounder) -> tuple[ObserverSpeed, ...]:
     """Return the linear observer of each mode, with the effort as input instead of the drive.
 
     The other input is m, minus the difference quotient of the position. The first state is the
@@ -98,7 +98,7 @@ def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
     return tuple(speeds.values())
 
 
-def _tracking(observer: Observer, hold: Held) -> Lti:
+def _tracking(observer: Observer, hold: CoefficientRounder) -> Lti:
     """Return the system of a tracking observer from m and the effort to minus the estimated speed.
 
     m is minus the difference quotient of the position. The states are the measured minus the
@@ -122,7 +122,7 @@ def _tracking(observer: Observer, hold: Held) -> Lti:
 
 
 def _switched(
-    observer: Observer, hold: Held, coupling: float, gains: tuple[float, float, float]
+    observer: Observer, hold: CoefficientRounder, coupling: float, gains: tuple[float, float, float]
 ) -> Lti:
     """Return the system of one slip mode of a switched observer.
 

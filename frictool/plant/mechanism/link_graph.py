@@ -82,7 +82,7 @@ class LinkForest:
         self.neighbours[link.a].append((link.b, link.ratio, link))
         self.neighbours[link.b].append((link.a, 1.0 / link.ratio, link))
 
-    def way(self, start: int, end: int) -> list[tuple[int, float, Transmission]] | None:
+    def path(self, start: int, end: int) -> list[tuple[int, float, Transmission]] | None:
         """Return the steps of the path between two blocks; None if no path connects them.
 
         Each step is (next block, ratio, link). The ratio is the speed of the next block divided by
@@ -131,7 +131,7 @@ def without_loops(
     for link in sorted(
         links, key=lambda link: link.gap > 0.0
     ):  # links with play last: the error of a loop then names the link with play
-        path = forest.way(link.a, link.b)
+        path = forest.path(link.a, link.b)
         if path is None:
             forest.add(link)
             kept.add(link.name)
@@ -145,7 +145,7 @@ def without_loops(
 
 def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Sequence[str]) -> None:
     for one, other in itertools.combinations(links, 2):
-        path = forest.way(one.a, other.a)
+        path = forest.path(one.a, other.a)
         if (
             path and path[0][2] is one and path[-1][2] is other
         ):  # way is empty if one block drives both links
