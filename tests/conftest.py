@@ -58,6 +58,11 @@ def no_rehearsals() -> Iterator[None]:
         yield
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """Start one process more than there are cores: one often waits for a kernel or for a child."""
+    return (os.cpu_count() or 1) + 1
+
+
 COST = "processor seconds"
 LEAST_S = 1.0  # a package that takes less is not listed
 
