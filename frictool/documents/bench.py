@@ -206,11 +206,16 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
             raise ValueError("`servo` is for `drive: voltage`; found `drive: current`")
 
     @property
+    def winding_delays(self) -> bool:
+        """Return whether the inductance of a winding delays the effort of the logged signal."""
+        return self.drive == "voltage" and self.servo is None
+
+    @property
     def logged_lag_s(self) -> float:
         """Return the time constant [s] of the logged drive signal between two rows of a log.
 
-        The result is 0 if the signal is constant between two rows. A logged voltage is constant:
-        the drive's lag and the winding's inductance delay only its effect.
+        The result is 0 if the signal is constant between two rows, as a commanded voltage is: the
+        drive's lag and the winding's inductance delay only its effect.
         """
         return self.loop_time_constant_s if self.drive == "current" else 0.0
 

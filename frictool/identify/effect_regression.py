@@ -39,7 +39,7 @@ from frictool.identify.outcome import sliding_intervals
 from frictool.identify.regression.multiway import equal_bins, shared_variance
 from frictool.identify.regression.regression import SingularRegressors, solve_triangles
 from frictool.identify.regression.term_selection import beyond_chance
-from frictool.identify.rows.effects import WARMING, Hypothesis
+from frictool.identify.rows.effects import DELAY, WARMING, Hypothesis
 from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with_terms, terms_of
 from frictool.identify.rows.regression_samples import (
     RegressionSamples,
@@ -54,7 +54,6 @@ BINS = 24  # number of bins of the position, and of velocity and sign of the acc
 FEW_ROWS = 0.2
 MOST_EFFECTS = 4  # largest number of effects that are added to the model
 FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
-DELAY = "delay"
 RESONANCE = "resonance"
 SCALED = ("inertia", "viscous")  # parameters that a wrong gain of the encoder scales
 # largest rms effort of the effects relative to the rms effort; an effect that resembles inertia or
@@ -96,6 +95,7 @@ class EffectRegression:
     - names: sliding parameters that are not fixed
     - noisy: True if the acceleration is too noisy to test effects whose columns resemble the
       acceleration
+    - winding: True if the winding of a voltage drive may delay the effort
     """
 
     rows: ReducedRows
@@ -104,11 +104,28 @@ class EffectRegression:
     names: tuple[str, ...]
     confidence: float
     noisy: bool = False
+    winding: bool = False
 
     @property
     def tested(self) -> list[Hypothesis]:
-        """Return the hypotheses in `free`; if `noisy`, only hypotheses unlike the acceleration."""
-        return [one for one in self.free if not (self.noisy and one.term in LIKE_ACCELERATION)]
+        """Return the hypotheses in `free`; if `noisy`, only hypotheses unlike the acceleration.
+
+        A lag of a winding is tested in spite of the noise, as in `explanation_search`.
+        """
+        hidden = LIKE_ACCELERATION if self.noisy else ()
+        lags = self.winding and self.rows.lags(self.used)
+        return [one for one in self.free if one.term not in hidden or (lags and one.term == DELAY)]
+
+    @property
+    def hypotheses(self) -> tuple[Hypothesis, ...]:
+        """Return the hypotheses inside and outside the model."""
+        return (*self.used, *self.free)
+
+    def without(self, one: Hypothesis) -> EffectRegression:
+        """Return the regression of the model without the hypothesis `one`."""
+        used = tuple(other for other in self.used if other is not one)
+        free = tuple(other for other in self.free if other is not one)
+        return replace(self, used=used, free=(*free, one))
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
         """Return `parameters` with intervals that include the scatter of the residual between bins.
@@ -240,7 +257,8 @@ class EffectRegression:
         0, only the fitted delay is used.
 
         The shift of a parameter is the delay times the parameter's change per second of delay. This
-        change is taken from `slopes` or, if `slopes` lacks the parameter, from the regression.
+        change is taken from `slopes` or, if `slopes` lacks the parameter, from the regression. The
+        inertia is further increased if a winding causes the delay (`winding_delay.py`).
 
         Return None if the model includes the delay, if the rows do not determine the delay, or if
         the delay is not significant although there are at least FEWEST_STROKES strokes.
@@ -262,10 +280,14 @@ class EffectRegression:
         if shown and abs(found.value) > known:
             weight = 1.0
         delay = Interval.around(weight * found.value, float(np.sqrt(weight)) * half)
+        shift = {name: delay.value * one for name, one in rates.items()}
+        if self.winding and delay.value < 0.0 and "inertia" in shift:
+            viscous = (self._values([*self.used, late]) or {}).get("viscous", 0.0)
+            shift["inertia"] -= delay.value * viscous
         return AcceptedEffects(
             (late.what,),
             1.0,
-            {name: delay.value * one for name, one in rates.items()},
+            shift,
             scatter={name: delay.half_width * abs(one) for name, one in rates.items()},
         )
 
@@ -275,7 +297,7 @@ class EffectRegression:
         The log shows a resonance if its coefficient differs significantly from 0 and is negative:
         the load behind a spring increases the reflected inertia.
         """
-        one = next((one for one in (*self.used, *self.free) if one.term == RESONANCE), None)
+        one = next((one for one in self.hypotheses if one.term == RESONANCE), None)
         if one is None or self.noisy or "inertia" not in self.names:
             return None
         others = [other for other in self.used if other is not one]
@@ -472,7 +494,8 @@ def effect_regression(
     used = tuple(one for one in search.hypotheses if declared_term(one) in terms)
     ripples = tuple(harmonic(term) for term in RIPPLES[len(search.declared_waves) : len(waves)])
     free = tuple(one for one in search.hypotheses if one not in used)
-    regression = EffectRegression(rows, (*used, *ripples), free, names, confidence, noisy)
+    winding = bench.actuator.winding_delays
+    regression = EffectRegression(rows, (*used, *ripples), free, names, confidence, noisy, winding)
     if noisy and hides and _hidden(fit, regression):
         known = {**sliding_intervals(fit.parameters, bench), **fit.parameters}["inertia"]
         rows = search.reduced_rows(with_fixed(samples, {**fit.fixed, "inertia": known}), waves)

@@ -153,19 +153,6 @@ def local_ramp_warnings(
     ]
 
 
-def lag_warnings(bench: Bench) -> list[str]:
-    """Return a warning if the bench states a lag of a voltage drive, which the log cannot show."""
-    actuator = bench.actuator
-    lag = actuator.loop_time_constant_s
-    if actuator.drive != "voltage" or actuator.servo is not None or lag == 0.0:
-        return []
-    return [
-        f"actuator.loop_time_constant_s {lag:.3g} s: the logged voltage is taken as the command; "
-        "the intervals also allow for a voltage after this lag; keep L/R of the winding in this "
-        "key for synth"
-    ]
-
-
 def _other_unit(ratios: Mapping[str, float], bench: Bench) -> list[str]:
     if len(ratios) < 2:
         return []

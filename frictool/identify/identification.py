@@ -27,7 +27,6 @@ from frictool.identify.fit_result import CURVE, PARAMETERS, SLIDING, SlidingFit,
 from frictool.identify.fit_warnings import (
     contradiction_warnings,
     doubt_warnings,
-    lag_warnings,
     load_warnings,
     local_ramp_warnings,
     replacement_warnings,
@@ -245,7 +244,6 @@ def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list
     if fit is None or free is None:
         return warnings
     warnings += [
-        *lag_warnings(logs.bench),
         *replacement_warnings(free, fit, outcome.identified),
         *([] if logs.drive_off else doubt_warnings(fit, logs.method)),
         *short_stroke_warnings(fit, logs.sliding),

@@ -13,8 +13,9 @@ exceeds the lag with the probability a = exp(-lag/(READ_LATE T)); the reading th
 reading after the update. The effort of the record is the mean of both cases, and is therefore
 continuous in the lag.
 
-A voltage is always taken as constant between samples, whatever the lag of the drive: a log usually
-contains the commanded voltage, and the inductance of the winding delays the current only.
+A logged voltage is the command, which the drive holds until the next sample. If the bench states a
+lag of a voltage drive, such as L/R of the winding, `lagged` computes the effort at the samples from
+the voltage. Between two samples, this effort moves as the effort of a current drive does.
 
 If a log has a measured velocity and no position, the position of its record is the trapezoidal
 integral of the velocity from 0. Second differences of this position are differences of the
@@ -39,6 +40,7 @@ from numpy.typing import NDArray
 from frictool.adapters.servo_firmware import PendulumLoad, firmware_law, pendulum_load
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
+from frictool.logs.channels.bench_match import effort_is_measured
 from frictool.logs.log import Log, Stream
 from frictool.logs.quality.time_base import GAP, encoder_step
 from frictool.plant.servo_firmware import ServoDrive
@@ -53,6 +55,7 @@ MOST_BROKEN = 0.02
 ERRATIC = 0.5
 # mean time from the update of a current to its reading, in periods: 10 us of a period of 1 ms
 READ_LATE = 0.01
+ROUNDING = 1e-9  # resolution of a command computed from the effort, relative to the largest command
 LONGEST_BRIDGE = 5.0  # periods; a longer interval of a jittering clock is a gap
 
 
@@ -368,7 +371,8 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
         If position and velocity are both missing, or drive and effort are both missing. For a
         servo, if the goal, the position or the gain is missing.
     """
-    record = replace(_motion_of(log, bench), winding=_winding(log))
+    record = lagged(_motion_of(log, bench), _command_lag(log, bench))
+    record = replace(record, winding=_winding(log))
     return _with_temperature(_with_servo(record, log, bench), log)
 
 
@@ -387,6 +391,46 @@ def _winding(log: Log) -> WindingSignals | None:
         return None
     rows = np.column_stack((log.main.time, *(signals[name] for name in names)))
     return WindingSignals(*rows[np.all(np.isfinite(rows), axis=1)].T)
+
+
+def lagged(record: MotionRecord, lag: float) -> MotionRecord:
+    """Return the record with its held effort after a first-order lag with time constant `lag` [s].
+
+    At the first sample of each gap-free part, the drive is assumed to be at rest.
+    """
+    if lag == 0.0:
+        return record
+    pole = math.exp(-record.period / lag)
+    starts = np.flatnonzero(np.diff(record.piece)) + 1
+    parts = [
+        scipy.signal.lfilter([0.0, 1.0 - pole], [1.0, -pole], held, zi=[held[0]])[0]
+        for held in np.split(record.effort, starts)
+    ]
+    return replace(record, effort=np.concatenate(parts), lag=lag)
+
+
+def held_command(record: MotionRecord, bench: Bench) -> MotionRecord:
+    """Return the record with the held effort of a voltage drive before the lag (`lagged`).
+
+    The last sample of each gap-free part has the value before it, because its effect is unknown.
+    The result is `record` for another drive.
+    """
+    if record.lag == 0.0 or not bench.actuator.winding_delays:
+        return record
+    pole = math.exp(-record.period / record.lag)
+    held = (record.effort[1:] - pole * record.effort[:-1]) / (1.0 - pole)
+    last = np.flatnonzero(np.diff(record.piece))
+    held[last] = held[np.maximum(last - 1, 0)]
+    scale = ROUNDING * float(np.max(np.abs(held), initial=1e-300))
+    return replace(record, effort=np.round(np.append(held, held[-1:]) / scale) * scale, lag=0.0)
+
+
+def _command_lag(log: Log, bench: Bench) -> float:
+    """Return the lag [s] from the logged voltage to the effort; 0 if the effort was measured."""
+    actuator, stream = bench.actuator, log.main
+    if "effort" in stream.signals and effort_is_measured(log, stream, bench):
+        return 0.0
+    return actuator.loop_time_constant_s if actuator.winding_delays else 0.0
 
 
 def _motion_of(log: Log, bench: Bench) -> MotionRecord:

@@ -39,10 +39,9 @@ import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.name_list import listed
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import Quantity, si_unit
 from frictool.identify.assess.identifiability import STROKE_MEANS
 from frictool.identify.effect_regression import (
-    DELAY,
     AcceptedEffects,
     EffectRegression,
     effect_regression,
@@ -56,15 +55,15 @@ from frictool.identify.further_orders import further_orders
 from frictool.identify.hidden_effects import hidden_effects
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, late_reading
+from frictool.identify.motion_record import MotionRecord, lagged, late_reading
 from frictool.identify.outcome import sliding_intervals
+from frictool.identify.rows.effects import DELAY
 from frictool.identify.winding_delay import (
     current_between_samples,
     undeclared_winding,
     winding_delay,
 )
 from frictool.plant.weak_form import effort_weights
-from frictool.typing import Vector
 
 SMOOTHER = 2.0  # factor on the length of the smoothing windows of the second fit
 READ_APART = 0.5  # longest time between the readings of effort and position in a row, in samples
@@ -85,20 +84,20 @@ class WidenedFit:
     - what: name of the most significant effect; None if the effect is uncertain or hardly improves
       the prediction
     - ratios: ratio of new to old width of each interval that becomes much wider
-    - notes: warnings about single parameters, by name
+    - notes: pairs of a parameter's name and a warning about this parameter
     """
 
     fit: SlidingFit
     what: str | None = None
     ratios: Mapping[str, float] = field(default_factory=dict)
-    notes: Mapping[str, str] = field(default_factory=dict)
+    notes: Sequence[tuple[str, str]] = ()
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
         """Return the notes on parameters in `identified`, and a warning of the effect `what`.
 
         Intervals that come from ramps are not counted, because the effect does not widen them.
         """
-        notes = tuple(note for name, note in self.notes.items() if name in identified)
+        notes = tuple(note for name, note in self.notes if name in identified)
         wider = [
             f"{name} {ratio:.2g}"
             for name, ratio in self.ratios.items()
@@ -136,7 +135,8 @@ def widened(
     moved += [one for one in (gain, further) if one is not None]
     viscous = sliding_intervals({**fit.parameters, **fit.fixed}, bench)["viscous"].value
     inertial: EffectRegression | None = regression
-    if regression.noisy and DELAY in fit.effects:
+    stated = bench.actuator.winding_delays and any(one.lag > 0.0 for one in records)
+    if regression.noisy and (DELAY in fit.effects or stated):
         inertial = effect_regression(fit, records, bench, confidence, hides=False)
     moved += _of_sampling(records, inertial, viscous)
     winding = winding_delay(inertial, viscous, records, bench)
@@ -145,13 +145,14 @@ def widened(
     moved += between
     parameters = _with_shifts(parameters, fit, bench, (*accepted, *moved))
     wide = _with_shifts(parameters, fit, bench, hidden_effects(regression))
-    notes = {}
+    notes = list[tuple[str, str]]()
     if winding is not None and "inertia" in wide:
         wide["inertia"] = winding.corrected(wide["inertia"])
-        notes["inertia"] = winding.warning(wide["inertia"], bench)
+        notes.append(("inertia", winding.warning(wide["inertia"], bench)))
     unknown = None if between else undeclared_winding(inertial, records, bench)
     if unknown is not None and "inertia" in wide:
-        notes["inertia"] = unknown
+        notes.append(("inertia", unknown))
+    notes += _lag_doubts(records, bench, regression, wide)
     noticeable = [one for one in accepted if one.held_out < NOTICEABLE]
     best = min(noticeable, key=lambda one: one.significance, default=None)
     if best is None or best.significance > CERTAIN:
@@ -276,9 +277,7 @@ def _of_delay(
     for move in (delayed, lagging) if late.value < 0.0 else (delayed,):
         delay = late.value
         for _ in range(DELAY_STEPS):
-            changed = [
-                replace(one, effort=move(one.effort, -delay / one.period)) for one in records
-            ]
+            changed = [move(one, -delay) for one in records]
             regression = effect_regression(fit, changed, bench, confidence)
             after = {} if regression is None else regression.intervals()
             if DELAY not in after or (move is lagging and delay + after[DELAY].value >= 0.0):
@@ -318,15 +317,14 @@ def _of_timing(
 def _of_reading(
     bench: Bench, period: float, plain: EffectRegression, slopes: Mapping[str, float]
 ) -> AcceptedEffects | None:
-    """Return the shift of the parameters if the drive is logged before each of its updates.
+    """Return the shift of the parameters if the current is logged before each of its updates.
 
     `period` is in s; `slopes` are as in `EffectRegression.timing`. The result is None for a drive
-    without a lag. The record of a current contains the mean of readings before and after the update
-    (`motion_record.py`). Its shift is therefore 0, and the half width of the shift follows from the
-    probability of either reading. The record of a voltage contains readings after the update. Its
-    shift is the change from these readings to the mean.
+    without a lag, and for a voltage, which is logged before the lag. The record of a current
+    contains the mean of readings before and after the update (`motion_record.py`). Its shift is
+    therefore 0, and the half width of the shift follows from the probability of either reading.
     """
-    lag = bench.actuator.loop_time_constant_s
+    lag = bench.actuator.logged_lag_s
     late = next((one for one in plain.free if one.term == DELAY), None)
     if lag == 0.0 or late is None:
         return None
@@ -334,20 +332,52 @@ def _of_reading(
     held = effort_weights(period, 0.0)
     apart = period * (after - before - (held[2] - held[0]))
     share = late_reading(period, lag)
-    voltage = bench.actuator.drive == "voltage"
-    shift, half = (1.0 - share) * apart, 0.0
-    if not voltage:
-        quantile = float(scipy.special.ndtri(0.5 + 0.5 * plain.confidence))
-        shift, half = 0.0, quantile * math.sqrt(share * (1.0 - share)) * apart
+    quantile = float(scipy.special.ndtri(0.5 + 0.5 * plain.confidence))
+    half = quantile * math.sqrt(share * (1.0 - share)) * apart
     rates = plain.rates(late)
     rates |= {name: one for name, one in slopes.items() if name in rates}
     return AcceptedEffects(
         (late.what,),
         1.0,
-        {name: shift * one for name, one in rates.items()},
+        dict.fromkeys(rates, 0.0),
         scatter={name: half * abs(one) for name, one in rates.items()},
-        one_sided=voltage,
     )
+
+
+def _lag_doubts(
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    regression: EffectRegression,
+    wide: Mapping[str, Interval],
+) -> list[tuple[str, str]]:
+    """Return a parameter and a warning if an unknown lag of a winding may move it; [] otherwise.
+
+    The lag exceeds the delay of the model, if any, by at most one sample period. There is no
+    warning if the interval of the fitted delay excludes READ_APART periods more. This interval is
+    not used if noise of the acceleration falsifies the delay, or if the delay has the opposite
+    sign: a voltage cannot act before it is logged.
+    """
+    late = next((one for one in regression.hypotheses if one.term == DELAY), None)
+    known = any(one.lag > 0.0 or one.winding is not None for one in records)
+    if late is None or known or not bench.actuator.winding_delays:
+        return []
+    period = max(record.period for record in records)
+    without = regression.without(late)
+    found = without.intervals([late]).get(DELAY)
+    fitted = max(-found.value, 0.0) if found is not None and late in regression.used else 0.0
+    most = fitted + READ_APART * period
+    if not regression.noisy and found is not None and 0.0 <= -found.low < most:
+        return []
+    rates = {n: one for n, one in without.rates(late).items() if n in wide and one != 0.0}
+    name = min(rates, key=lambda one: wide[one].half_width / abs(rates[one]), default=None)
+    if name is None or wide[name].half_width >= period * abs(rates[name]):
+        return []
+    shown = f"{1e-3 * abs(rates[name]):.2g} {si_unit(name, bench.axis)}"
+    doubt = (
+        f"{name} changes by about {shown} per ms of the winding's L/R, which this log does not "
+        "show; state L/R in actuator.loop_time_constant_s, or log the current (columns.current)"
+    )
+    return [(name, doubt)]
 
 
 def _of_sampling(
@@ -383,7 +413,7 @@ def _rates(
     if fit.method != STROKE_MEANS:
         return {}
     settings = IdentificationSettings(confidence)
-    early = [replace(one, effort=delayed(one.effort, apart / one.period)) for one in records]
+    early = [delayed(one, apart) for one in records]
     try:
         before, after = (
             refit(list(part), bench, settings, fit, fit.fixed) for part in (records, early)
@@ -397,18 +427,21 @@ def _rates(
     }
 
 
-def delayed(effort: Vector, samples: float) -> Vector:
-    """Return the effort (n,) delayed by `samples` sample periods, interpolated linearly."""
-    index = np.arange(effort.size, dtype=np.float64)
-    return np.asarray(np.interp(index - samples, index, effort))
+def delayed(record: MotionRecord, delay: float) -> MotionRecord:
+    """Return the record with its effort delayed by `delay` [s], interpolated linearly."""
+    index = np.arange(record.effort.size, dtype=np.float64)
+    late = np.interp(index - delay / record.period, index, record.effort)
+    return replace(record, effort=late)
 
 
-def lagging(effort: Vector, samples: float) -> Vector:
-    """Return the effort (n,) filtered by a first-order lag of `samples` sample periods."""
-    pole = float(np.exp(-1.0 / samples))
-    return np.asarray(
-        scipy.signal.lfilter([1.0 - pole], [1.0, -pole], effort, zi=[pole * effort[0]])[0]
-    )
+def lagging(record: MotionRecord, lag: float) -> MotionRecord:
+    """Return the record with its effort filtered by a first-order lag of `lag` [s]."""
+    if record.lag == 0.0:
+        return lagged(record, lag)
+    pole = float(np.exp(-record.period / lag))
+    effort = record.effort
+    filtered = scipy.signal.lfilter([1.0 - pole], [1.0, -pole], effort, zi=[pole * effort[0]])[0]
+    return replace(record, effort=filtered)
 
 
 def _hull(one: Interval, other: Interval) -> Interval:

@@ -8,7 +8,8 @@ A voltage that acts late delays the whole effort. The time constant L/R of the w
 current, but not the back-EMF, which is a part of the viscous friction of a voltage drive. Let d be
 the fitted delay, and B the part of the viscous friction that is not delayed. The inertia is then
 larger by d B. For a late voltage, B is 0. For the winding, B is K^2/R, with the back-EMF constant K
-and the resistance R; K^2/R is at most the viscous friction.
+and the resistance R; K^2/R is at most the viscous friction. If the bench states the lag of the
+drive, the records contain the effort after this lag, which is a part of d.
 
 If the log contains the motor current, too, `measurement/winding.py` identifies L, R and K. The
 inertia is then larger by (L/R) K k, where k = K/R is the effort per volt.
@@ -33,7 +34,7 @@ from dataclasses import dataclass
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
-from frictool.identify.effect_regression import DELAY, AcceptedEffects, EffectRegression
+from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
 from frictool.identify.fit_result import Interval
 from frictool.identify.measurement.bench_measurement import contradicting_constant
 from frictool.identify.measurement.winding import (
@@ -43,6 +44,7 @@ from frictool.identify.measurement.winding import (
     winding_of_records,
 )
 from frictool.identify.motion_record import JITTER, MotionRecord
+from frictool.identify.rows.effects import DELAY
 
 WHAT = "the inductance of the winding"
 BETWEEN_SAMPLES = "the current between two samples"
@@ -111,16 +113,21 @@ def winding_delay(
     """Return the increase of the inertia by the winding of a voltage drive.
 
     `viscous` is the viscous friction of the fit. Return None for another drive, if the model lacks
-    the delay or the inertia, or if the effort does not act late.
+    the inertia, or if the effort does not act late: neither by a delay in the model nor by the lag
+    of the records.
     """
-    if regression is None or bench.actuator.drive != "voltage" or bench.actuator.servo is not None:
+    if regression is None or not bench.actuator.winding_delays:
         return None
     alone = regression.intervals().get("inertia")
     most = regression.undelayed_viscous(viscous)
-    if alone is None or most is None or most.value <= alone.value:
+    stated = viscous * max(record.lag for record in records)
+    if alone is None or (most is None and stated == 0.0):
         return None
-    possible = Interval.around(most.value - alone.value, most.half_width, 0.0)
-    return _of_current(possible, records, bench, regression.confidence)
+    increase = stated + (0.0 if most is None else most.value - alone.value)
+    if increase <= 0.0:
+        return None
+    half = 0.0 if most is None else most.half_width
+    return _of_current(Interval.around(increase, half, 0.0), records, bench, regression.confidence)
 
 
 def _of_current(

@@ -215,7 +215,7 @@ def test_a_delay_of_half_a_sample_widens_the_inertia_of_the_weak_form() -> None:
     """The coarse encoder hides the inertia from the regression, and the delay changes it."""
     truth, bench = experiment(1)
     log = record(sines(1, truth), truth)
-    late = replace(log, effort=delayed(log.effort, 0.5))
+    late = delayed(log, 0.5 * log.period)
     result = identify_records([late], [], bench, DEFAULT, IdentificationSettings())
     inertia = result.identified["inertia"]
     assert abs(inertia.value / truth.inertia - 1.0) > 0.01

@@ -7,14 +7,21 @@ import functools
 from dataclasses import replace
 from typing import Literal
 
+import msgspec
 import numpy as np
 import pytest
 
+from frictool.documents.bench import Encoder
+from frictool.documents.load_terms import LoadTerms
+from frictool.documents.quantity import Quantity
 from frictool.identify.fit_result import Interval
 from frictool.identify.from_logs import IdentifiedModel, identify
+from frictool.identify.held_effort import hold_of
+from frictool.identify.motion_record import held_command, lagged, make_record
 from frictool.logs import log_of
+from frictool.plant.weak_form import effort_weights
 from frictool.typing import Vector
-from tests.support.voltage_motor import PERIOD, Motor, log_signals, steps
+from tests.support.voltage_motor import COUNT, PERIOD, Motor, log_signals, steps
 
 SAMPLES = 8_000
 WINDING = Motor()  # L/R is 1 ms, half of a sample period
@@ -117,23 +124,6 @@ def test_the_inertia_is_continuous_in_the_lag(drive: Drive) -> None:
         assert abs(change) < 0.05 * viscous * PERIOD, end
 
 
-def test_a_lag_of_a_voltage_drive_only_widens() -> None:
-    """The logged voltage is taken as the command: the values do not depend on the lag, whose
-    warning says so."""
-    lagging = identified(WINDING, 0, ALONE, lag=0.5 * PERIOD)
-    without = identified(WINDING, 0, ALONE)
-    for name, one in lagging.result.identified.items():
-        known = without.result.identified[name]
-        assert one.value == known.value
-        assert one.low <= known.low
-        assert one.high >= known.high
-    (warning,) = (one for one in lagging.result.warnings if "loop_time_constant_s" in one)
-    assert "taken as the command" in warning
-    assert "keep L/R of the winding" in warning
-    assert len(warning) <= 190
-    assert not any("loop_time_constant_s" in one for one in without.result.warnings)
-
-
 def test_a_held_voltage_changes_the_current_between_its_samples() -> None:
     """A current is read before each update of a held voltage. The back-EMF lowers these readings by
     up to K a T/(2 R), so that the inertia seems too small by up to K^2 T/(2 R), which is 3 %."""
@@ -146,3 +136,85 @@ def test_a_held_voltage_changes_the_current_between_its_samples() -> None:
     found = inertia(identified(motor, 0, (*ALONE, "current"), "current"))
     assert found.low <= motor.inertia <= found.high
     assert found.high - motor.inertia < 0.01 * motor.inertia
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_stated_lag_of_the_winding_explains_the_delay(seed: int) -> None:
+    """With L/R in the bench, all intervals contain the true values. The inertia is less by
+    L/R K^2/R if the whole effort were late; the interval reaches from there to the true inertia.
+    Only the second order of the back-EMF's lag is left to fit."""
+    lag = WINDING.inductance / WINDING.resistance
+    model = identified(WINDING, seed, ALONE, lag=lag)
+    left = model.result.fit.effects.get("delay", Interval(0.0, 0.0, 0.0)).value
+    assert -(lag**2) * WINDING.constant**2 / WINDING.resistance < left * WINDING.inertia <= 0.0
+    true = {"inertia": WINDING.inertia, "viscous": WINDING.damping, "coulomb": WINDING.coulomb}
+    without = identified(WINDING, seed, ALONE).result.identified
+    for name, value in true.items():
+        one = model.result.identified[name]
+        assert one.low <= value <= one.high, name
+        assert one.half_width < without[name].half_width, name
+    less = lag * WINDING.constant**2 / WINDING.resistance
+    assert inertia(model).value == pytest.approx(WINDING.inertia - less, abs=0.2 * less)
+    (warning,) = (one for one in model.result.warnings if one.startswith("inertia"))
+    assert "up to" in warning
+
+
+def test_the_lag_is_added_to_declared_loads() -> None:
+    """A bench that declares its loads does not exclude the winding."""
+    logged = {name: signals(WINDING, 0)[name] for name in ALONE}
+    log = log_of(np.arange(SAMPLES) * PERIOD, logged, axis="rotary")
+    bench = msgspec.structs.replace(WINDING.bench("voltage"), load=LoadTerms(("offset", "spring")))
+    found = identify([log], bench).result
+    assert found.fit.load.terms == ("offset", "spring", "delay")
+    assert found.identified["inertia"].low <= WINDING.inertia <= found.identified["inertia"].high
+    current = {name: signals(WINDING, 0)[name] for name in ("position", "current")}
+    other = msgspec.structs.replace(WINDING.bench("current"), load=bench.load)
+    driven = identify([log_of(np.arange(SAMPLES) * PERIOD, current, axis="rotary")], other)
+    assert driven.result.fit.load is None
+
+
+def test_a_coarse_encoder_that_hides_a_lag_causes_a_warning() -> None:
+    """Noise of the acceleration hides the delay, and a lag would move friction or inertia. The
+    warning ends when the bench states the lag."""
+    step = 16.0 * COUNT
+    counts = np.floor(signals(QUICK, 0)["position"] / step) * step
+
+    def doubts(lag: float) -> list[str]:
+        logged = {"position": counts, "voltage": signals(QUICK, 0)["voltage"]}
+        bench = msgspec.structs.replace(
+            QUICK.bench("voltage", lag), encoder=Encoder(step=Quantity(step, unit="rad"))
+        )
+        log = log_of(np.arange(SAMPLES) * PERIOD, logged, axis="rotary")
+        warnings = identify([log], bench).result.warnings
+        return [one for one in warnings if "per ms of the winding's L/R" in one]
+
+    (doubt,) = doubts(0.0)
+    assert "actuator.loop_time_constant_s" in doubt
+    assert len(doubt) <= 190
+    assert not doubts(2e-5)
+
+
+@pytest.mark.parametrize("lag", [0.1 * PERIOD, PERIOD, 30.0 * PERIOD])
+def test_a_lag_delays_the_mean_effort_of_each_period(lag: float) -> None:
+    """The effort at the rows, and its mean with a triangular window, are those of a first-order lag
+    behind the held command. The command follows from the effort."""
+    command = np.random.default_rng(3).normal(size=30).repeat(4)
+    time = PERIOD * np.arange(command.size)
+    held = make_record("log", time, np.cumsum(command), command, 1.0, 0.0)
+    record = lagged(held, lag)
+    inside = (np.arange(2_000) + 0.5) / 2_000
+    effort, moving = command[0], []
+    for k, one in enumerate(command):
+        assert record.effort[k] == pytest.approx(effort, abs=1e-12)
+        moving.append(one + (effort - one) * np.exp(-PERIOD * inside / lag))
+        effort = one + (effort - one) * np.exp(-PERIOD / lag)
+    rising, falling = (np.array(moving) @ weight / 2_000 for weight in (inside, 1.0 - inside))
+    before, at, after = effort_weights(PERIOD, lag)
+    mean = before * record.effort[:-2] + at * record.effort[1:-1] + after * record.effort[2:]
+    assert mean == pytest.approx(rising[:-2] + falling[1:-1], abs=1e-5)
+    again = held_command(record, WINDING.bench("voltage"))
+    assert again.lag == 0.0
+    assert again.effort[:-1] == pytest.approx(command[:-1], abs=1e-8)
+    held_for, _ = hold_of(again.effort) or (0, None)
+    assert held_for == 4
+    assert hold_of(record.effort) is None

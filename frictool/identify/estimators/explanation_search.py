@@ -62,6 +62,7 @@ from frictool.identify.regression.term_selection import (
     halved,
 )
 from frictool.identify.rows.effects import (
+    DELAY,
     EFFECTS,
     TEMPERATURE,
     WARMING,
@@ -98,7 +99,6 @@ MOST_LEFT = 3  # largest number of hypotheses that are reported as left in the r
 NOTICEABLE = 0.95
 ECCENTRICITY = "eccentricity"
 NOISY = 2.0 * SMALLEST_SHARE  # share of noise above which the acceleration counts as noisy
-DELAY = "delay"
 LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried with noisy acceleration
 SMOOTHER = 2.0  # factor on the smoothing windows of the second test of a load
 # least rms effort of a load that only longer windows show, relative to the Coulomb friction
@@ -403,10 +403,14 @@ def _hidden(
     """Return the effects that cannot be tested because the acceleration is noisy.
 
     A delay is tested in spite of the noise if, with longer smoothing windows, the delay explains
-    more than the noise can hide, and predicts the strokes better than any other hypothesis.
+    more than the noise can hide, and predicts the strokes better than any other hypothesis. The
+    delay of a voltage drive is tested if the effort acts later than logged, as with the inductance
+    of the winding. A servo that feeds the noise back lets the effort seem to act earlier.
     """
     if not search.noisy(rows.samples):
         return ()
+    if search.bench.actuator.winding_delays:
+        return LIKE_ACCELERATION[1:] if rows.lags(used) else LIKE_ACCELERATION
     smoother = search.smoother(SMOOTHER)
     try:
         smooth = smoother.rows(waves)
@@ -428,8 +432,9 @@ def search_explanations(
 ) -> tuple[LoadTerms | None, tuple[Explanation, ...]]:
     """Return the load terms that the logs support, and all explanations of the effort.
 
-    The load terms are None if the bench declares its loads, if the logs support no hypothesis, or
-    if the axis never slips. The explanations include significant hypotheses that are not used.
+    The load terms are None if the logs support no hypothesis, or if the axis never slips. If the
+    bench declares its loads, only the delay of a voltage drive may be added. The explanations
+    include significant hypotheses that are not used.
     """
     try:
         search = ExplanationSearch.of(records, bench, settings)
@@ -442,13 +447,15 @@ def search_explanations(
     best = rows.squares(used)
     trials = _trials(search, rows, waves, used)
     rejected: list[Trial] = []
-    while bench.load is None and best is not None and trials:
+    declared = bench.load is not None
+    while best is not None and trials and (not declared or bench.actuator.winding_delays):
         usable = [
             one
             for one in trials
             if _spans_a_turn(one)
             and one.hypothesis is not UNSTABLE_SPRING
             and not any(one is other for other in rejected)
+            and (one.hypothesis.term == DELAY or not declared)
         ]
         if not usable:
             break
@@ -508,7 +515,11 @@ def search_explanations(
         waves, rows = kept_waves, search.rows(kept_waves)
     out += _left(search, rows, waves, used, settings)
     structure = Structure(tuple(one.term for one in used), waves)
-    return (structure.load(search.rotary) if used else None), tuple(out)
+    load = structure.load(search.rotary) if used else None
+    if load is not None and bench.load is not None:
+        terms = (*bench.load.terms, *load.terms[1:])
+        load = msgspec.structs.replace(bench.load, terms=tuple(dict.fromkeys(terms)))
+    return load, tuple(out)
 
 
 def _smoother_rows(

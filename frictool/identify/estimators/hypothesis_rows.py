@@ -16,7 +16,7 @@ from frictool.identify.regression.joint_test import joint_probability
 from frictool.identify.regression.regression import SingularRegressors, least
 from frictool.identify.regression.term_selection import by_stroke, halved
 from frictool.identify.regression.tsqr import Tensor, merged
-from frictool.identify.rows.effects import Hypothesis
+from frictool.identify.rows.effects import DELAY, Hypothesis
 from frictool.identify.rows.load_columns import indistinct_terms
 from frictool.identify.rows.regression_samples import RegressionSamples
 from frictool.typing import IntVector, Matrix, Vector
@@ -141,6 +141,22 @@ class ReducedRows:
         if not tested.positive:
             return True
         return bool(np.all(self.fitted_to(tested, others) > 0.0))
+
+    def lags(self, hypotheses: Sequence[Hypothesis]) -> bool:
+        """Return whether the effort acts later than logged in a fit with `hypotheses`.
+
+        The parameter of the delay is then negative. The result is False if the rows do not
+        determine this parameter.
+        """
+        chosen = {*self.columns(hypotheses), *(k for k, n in enumerate(self.names) if n == DELAY)}
+        columns = sorted(chosen)
+        try:
+            value = self.fitted(columns)
+        except SingularRegressors:
+            return False
+        return any(
+            one < 0.0 for k, one in zip(columns, value, strict=True) if self.names[k] == DELAY
+        )
 
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
         """Return the decrease of the mean square residual that added columns cause by noise alone.

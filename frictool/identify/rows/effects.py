@@ -46,6 +46,7 @@ from frictool.typing import Vector
 
 DRIFT_ORDER, WARMING_ORDER, TRAVEL_ORDER = 4, 2, 3
 WARMING: Term = "warming"
+DELAY: Term = "delay"
 TEMPERATURE: Term = "temperature"
 # changes of viscous and of Coulomb friction per kelvin, and of viscous friction per square kelvin
 TEMPERATURE_NAMES = ("viscous_temperature", "coulomb_temperature", "viscous_curvature")

@@ -51,7 +51,7 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
         *motion_doubts(stream, bench),
         *check_rate(log.source, time_base(stream.time), bench.sample_period_s, same=same_period),
     ]
-    if _is_measured(log, stream, bench):
+    if effort_is_measured(log, stream, bench):
         return replace(log, warnings=tuple(dict.fromkeys(noted)))
     signals = {name: values for name, values in stream.signals.items() if name != EFFORT}
     drive = signals.get(bench.actuator.drive)
@@ -95,7 +95,7 @@ def _check_drive(log: Log, stream: Stream, bench: Bench) -> str | None:
     signals = {
         name: values
         for name, values in stream.signals.items()
-        if name != EFFORT or _is_measured(log, stream, bench)
+        if name != EFFORT or effort_is_measured(log, stream, bench)
     }
     impossible = beyond_limit(signals, columns, bench, IMPOSSIBLE)
     if impossible is not None:
@@ -120,7 +120,7 @@ def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
     )
 
 
-def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
+def effort_is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
     """Return False if the effort was computed from the drive signal, else True.
 
     The metadata record `columns`, which `ingest` writes, shows whether the effort was computed. If
