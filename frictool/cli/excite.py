@@ -10,7 +10,14 @@ import click
 from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option, output_option
 from frictool.cli.console_output import print_json, say
 from frictool.cli.excite_precise import PRECISE, PreciseRun, write_precise
-from frictool.cli.excite_test import bench_of, save_plot, save_test, summary, text
+from frictool.cli.excite_test import (
+    bench_of,
+    note_returning_ramps,
+    save_plot,
+    save_test,
+    summary,
+    text,
+)
 from frictool.cli.output_files import check_targets, command_line
 from frictool.cli.precision_option import PrecisionParam
 
@@ -176,6 +183,7 @@ def command(
 
     document = bench_of(bench)
     sequence = excite(kind, document, ExcitationSettings(**options))
+    note_returning_ramps(sequence, document)
     words = {
         "--bench": bench,
         "--kind": kind,

@@ -9,7 +9,14 @@ from typing import Any
 import click
 
 from frictool.cli.console_output import note, print_json, say
-from frictool.cli.excite_test import bench_of, save_plot, save_test, summary, text
+from frictool.cli.excite_test import (
+    bench_of,
+    note_returning_ramps,
+    save_plot,
+    save_test,
+    summary,
+    text,
+)
 from frictool.cli.output_files import check_targets, command_line, save_text
 from frictool.cli.progress import note_step
 from frictool.errors import EXIT_NO
@@ -73,6 +80,7 @@ def write_precise(run: PreciseRun) -> None:
         },
     )
     for test, target in zip(tests, (run.output, ramps), strict=False):
+        note_returning_ramps(test.sequence, bench)
         save_test(test.sequence, target, words, [run.bench])
     if promise is not None:
         provenance = provenance_of_command(words, [run.bench])

@@ -38,6 +38,15 @@ def bench_of(path: Path) -> Bench:
     return document
 
 
+def note_returning_ramps(sequence: ExcitationSequence, bench: Bench) -> None:
+    """Warn if the test consists of ramps, between which a load may move the axis back."""
+    from frictool.identify.excite.breakaway_ramps import returning_ramps
+
+    warning = returning_ramps(bench) if sequence.kind == "breakaway" else None
+    if warning is not None:
+        note(f"warning: {warning}")
+
+
 def save_plot(sequence: ExcitationSequence, plot: Path, bench: Path) -> None:
     """Write a figure of the test signals as SVG."""
     from frictool.identify.excite.picture import picture

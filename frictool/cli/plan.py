@@ -15,7 +15,7 @@ from frictool.cli.console_output import (
     print_json,
     say,
 )
-from frictool.cli.excite_test import bench_of, save_test, summary, text
+from frictool.cli.excite_test import bench_of, note_returning_ramps, save_test, summary, text
 from frictool.cli.output_files import check_targets, command_line, save_text
 from frictool.cli.progress import note_step
 
@@ -108,6 +108,7 @@ def command(
     provenance = provenance_of_command(words, inputs)
     if step.test is not None:
         note_travel(bench, document)
+        note_returning_ramps(step.test.sequence, document)
     if step.test is not None and output is not None:
         save_test(step.test.sequence, output, words, inputs)
     if step.test is not None and promise is not None and step.test.half_widths:

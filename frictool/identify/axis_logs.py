@@ -6,9 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from frictool.adapters.axis_model import load_law
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
+from frictool.documents.load_terms import LoadTerms
 from frictool.identify.breakaway.onset_detection import is_ramp, why_unusable
 from frictool.identify.coast_down import drive_was_off
 from frictool.identify.constant_effort import without_constant_effort
@@ -16,6 +19,7 @@ from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.force_error import SlipRows, motion_rows
 from frictool.identify.held_effort import slow_effort_warnings
+from frictool.identify.load_kink import LoadKink, load_kink
 from frictool.identify.measurement_faults import refuse_unmeasured
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
@@ -41,6 +45,7 @@ class AxisLogs:
       if all records have valid measurements
     - drive_off: True if the drive was off in the sliding records (`coast_down.py`)
     - unused_ramps: reason why a log of ramps was left out of `ramps`; None if none was left out
+    - kink: kink of the load, on one side of which all samples lie (`on_one_side`), or None
     """
 
     sliding: list[MotionRecord]
@@ -54,6 +59,37 @@ class AxisLogs:
     unmeasured: str | None
     drive_off: bool
     unused_ramps: str | None
+    kink: LoadKink | None = None
+
+    def find_kink(self, load: LoadTerms | None) -> LoadKink | None:
+        """Return the kink of the load that the sliding records show, or None.
+
+        `load` contains the load terms of a fit in which the bench declares none, or is None. After
+        `on_one_side`, the result is None.
+        """
+        if self.kink is not None or self.drive_off or not self.sliding:
+            return None
+        return load_kink(self.sliding, self.bench, load, self.settings)
+
+    def on_one_side(self, kink: LoadKink) -> AxisLogs:
+        """Return the logs without the samples on the side of the kink with fewer samples.
+
+        A log of ramps is left out if most of its samples lie on the other side.
+        """
+        ramps = [record for record in self.ramps if kink.on_side(np.median(record.position))]
+        sliding, ramps = (
+            [part for record in records if (part := kink.one_side(record)) is not None]
+            for records in (self.sliding, ramps)
+        )
+        return replace(
+            self,
+            sliding=sliding,
+            ramps=ramps,
+            rows=motion_rows(sliding, self.bench),
+            warnings=(*self.warnings, kink.warning(self.bench)),
+            unused_ramps=kink.shown(self.bench) if self.ramps and not ramps else self.unused_ramps,
+            kink=kink,
+        )
 
     def without_load(self, laws: Laws | None) -> AxisLogs:
         """Return the logs with the effort of the load `laws` subtracted in the records of ramps."""

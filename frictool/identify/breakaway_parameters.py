@@ -16,7 +16,12 @@ from frictool.identify.assess.identifiability import WEAK_FORM
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.breakaway.breakaway import Breakaway, BreakawayOverPosition, breakaway
 from frictool.identify.breakaway.friction_map import breakaway_laws, friction_map, shape_at
-from frictool.identify.breakaway.onset_detection import FEWEST_ONSETS, find_onsets
+from frictool.identify.breakaway.onset_detection import (
+    FEWEST_ONSETS,
+    find_onsets,
+    passages_of,
+    returning_share,
+)
 from frictool.identify.breakaway.stribeck_velocity import StribeckFall, StribeckVelocityRange
 from frictool.identify.estimators.auto import inertia_over_position
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
@@ -30,8 +35,11 @@ from frictool.identify.regression.term_selection import WORTH
 from frictool.identify.rows.effects import WHAT
 from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.position_orders import FITTED_ORDERS
+from frictool.identify.rows.regression_samples import FEWEST_STROKES
 from frictool.identify.sliding_parameters import with_force_error, with_unmodelled_effects
 
+# largest share of ramps after which an unknown load may move the axis back without the drive
+MOST_RETURNS = 0.5
 NO_RAMPS = "no log of breakaway ramps was provided"
 MAP_HIDES_OFFSET = (
     "friction over position is fitted for each direction, and the offset cannot be separated from "
@@ -69,6 +77,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
             raise UnusableLogs(
                 f"{record.name} has no position, from which the time of a breakaway is computed"
             )
+    _refuse_returning(logs, sliding)
     identified = sliding.identified
     axis = sliding_intervals(sliding.from_logs, logs.bench)
     confidence = logs.settings.confidence
@@ -92,6 +101,25 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
             "sliding, or state mechanics.offset in the bench"
         )
     return ramp
+
+
+def _refuse_returning(logs: AxisLogs, sliding: Outcome) -> None:
+    """Raise UnusableLogs if an unknown load moves the axis back after most ramps.
+
+    The load is known if it is part of the model, and if the sliding logs pass the position of the
+    ramps.
+    """
+    known = sliding.laws is not None and sliding.laws.load is not None
+    for record in logs.ramps:
+        share = returning_share(record, logs.bench)
+        rest = float(np.median(record.position))
+        passages = sum(passages_of(one, rest) for one in logs.sliding)
+        if share > MOST_RETURNS and not (known and passages >= 2 * FEWEST_STROKES):
+            raise UnusableLogs(
+                f"after {100 * share:.3g} % of the ramps, the axis moves back to about {rest:.3g} "
+                f"{si_unit('position', logs.bench.axis)} without drive: a load exceeds the "
+                "breakaway; add strokes through this position, or remove the load"
+            )
 
 
 def _known_fall(sliding: Outcome) -> StribeckVelocityRange | None:

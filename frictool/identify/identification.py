@@ -162,6 +162,8 @@ def identify_records(
             estimate = other
     logs, free, outcome, wider = estimate
     outcome = without_impossible_breakaway(outcome)
+    if logs.kink is not None:
+        outcome = outcome.merge(Outcome(refused={"load": logs.kink.shown(bench)}))
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
     outcome = replace(outcome, identified=ordered, laws=with_reference(outcome.laws, logs.sliding))
     result = Identification(
@@ -213,15 +215,25 @@ class _Estimate(NamedTuple):
 def _estimate(logs: AxisLogs) -> _Estimate:
     """Estimate all parameters.
 
-    Raises NothingIdentified if position and drive of a sliding log have opposite signs.
+    If the load has a kink, only the samples on one side of the kink are used. Raises
+    NothingIdentified if position and drive of a sliding log have opposite signs.
     """
     free = None
     wider = None
+    failure = ""
     try:
         free = sliding_fit(logs)
-        outcome, wider = settled(logs, free)
     except UnusableLogs as error:
-        outcome = Outcome(refused=dict.fromkeys(SLIDING, str(error)))
+        failure = str(error)
+    kink = logs.find_kink(None if free is None else free.load)
+    if kink is not None:
+        return _estimate(logs.on_one_side(kink))
+    outcome = Outcome(refused=dict.fromkeys(SLIDING, failure))
+    if free is not None:
+        try:
+            outcome, wider = settled(logs, free)
+        except UnusableLogs as error:
+            outcome = Outcome(refused=dict.fromkeys(SLIDING, str(error)))
     doubtful = not {"viscous", "coulomb"} <= outcome.identified.keys() or any_negative(outcome.fit)
     if doubtful and not logs.drive_off:
         reason = None if PHYSICAL & outcome.identified.keys() else commanded(logs.sliding)

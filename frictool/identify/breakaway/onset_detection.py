@@ -52,6 +52,10 @@ SIGNIFICANT, CURVED = 4.0, 2e-3
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
 # the ramp has ended if the effort is below the line by more than this many standard deviations
 LEFT_THE_RAMP = 5.0
+# a motion of at least ADVANCED counts has returned if the axis loses more than RETURNED of it, and
+# if the effort against it stays below OPPOSED times the effort at its onset; yielding drive trains
+# move back by less
+ADVANCED, RETURNED, OPPOSED = 8.0, 0.5, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,6 +215,34 @@ def _later(
     duration = float(record.time[min(until, changes[k + 1]) - 1] - record.time[end])
     slid = travel(duration, 0.0, line.rate, *heaviest)
     return k + 1 if slid > record.resolution else k
+
+
+def returning_share(record: MotionRecord, bench: Bench) -> float:
+    """Return the share of motions after which the axis moves back without the drive; 0 to 1.
+
+    Only a load that exceeds the breakaway moves the axis back to its rest position.
+    """
+    steady = _steady(record)
+    rests = _rests(steady, _heaviest(bench))
+    following = [start + 1 for start, _ in rests[1:]] + [record.position.size]
+    returned = []
+    for (_, end), until in zip(rests, following, strict=False):
+        effort = record.effort[end:until] * np.sign(record.effort[end - 1])
+        moved = steady.position[end:until] - steady.position[end - 1]
+        moved = moved * np.sign(record.effort[end - 1])
+        last = int(np.argmax(moved))
+        if moved[last] >= ADVANCED * record.resolution:
+            least = -OPPOSED * abs(float(record.effort[end - 1]))
+            back = moved[last] - moved[-1] > RETURNED * moved[last]
+            returned.append(bool(back and np.min(effort[last:]) >= least))
+    return float(np.mean(returned)) if returned else 0.0
+
+
+def passages_of(record: MotionRecord, position: float) -> int:
+    """Return how often the axis passes a position [rad | m], by ADVANCED counts on either side."""
+    beyond = (record.position - position) / (ADVANCED * record.resolution)
+    sides = np.sign(beyond[np.abs(beyond) > 1.0])
+    return int(np.count_nonzero(np.diff(sides)))
 
 
 def find_onsets(

@@ -25,7 +25,12 @@ from frictool.identify.breakaway.onset_detection import (
     find_onsets,
     share_at_rest,
 )
-from frictool.identify.breakaway.position_law import FOLLOWING, BreakawayPositions, PolynomialOrders
+from frictool.identify.breakaway.position_law import (
+    FOLLOWING,
+    BreakawayPositions,
+    PolynomialOrders,
+    highest_order,
+)
 from frictool.identify.breakaway.stribeck_velocity import (
     IMMEDIATE,
     NO_FALL,
@@ -325,8 +330,13 @@ def onset_data(
         )
     position = np.array([o.position for o in used])
     direction = np.array([o.direction for o in used])
+    counts = float(np.ptp(position)) / records[0].resolution
     positions = BreakawayPositions(
-        position, direction, float(position.min()), float(position.max())
+        position,
+        direction,
+        float(position.min()),
+        float(position.max()),
+        highest=highest_order(counts),
     )
     known = bench.mechanics.offset
     one_way = abs(float(np.sum(direction))) == direction.size

@@ -26,6 +26,7 @@ HIGHEST_ORDER = 6
 FOLLOWING, FEWEST_GROUPS = 4, 12
 SURE = 2.0  # standard errors within which two mean squares are treated as equal
 ROWS_PER_TERM = 6  # number of breakaways needed for each coefficient
+COUNTS_PER_TERM = 6  # range of the breakaways' positions for each coefficient, encoder counts
 
 
 @dataclass(frozen=True)
@@ -163,6 +164,15 @@ def _common_structure(
     errors = [left_out(positions.design(one), friction) for one in structures]
     order = _smallest_as_good(errors)
     return structures[order], errors[order]
+
+
+def highest_order(counts: float) -> int:
+    """Return the highest order over a range of positions of `counts` encoder counts.
+
+    Each coefficient needs COUNTS_PER_TERM counts, because the rest position within a count is
+    unknown.
+    """
+    return max(0, min(HIGHEST_ORDER, int(counts / COUNTS_PER_TERM) - 1))
 
 
 def _highest(count: int, highest: int) -> int:

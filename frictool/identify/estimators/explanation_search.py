@@ -198,6 +198,10 @@ class ExplanationSearch:
         Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
         if the axis never slips for a whole smoothing window.
         """
+        return joined(self.samples_of_records(waves))
+
+    def samples_of_records(self, waves: tuple[float, ...]) -> list[RegressionSamples]:
+        """Return the regression rows of `samples` separately for each record."""
         declared = self.bench.load or LoadTerms(("offset",))
         terms = (*(one.term for one in self.hypotheses), *RIPPLES[: len(waves)])
         load = Structure(terms, waves).load(self.rotary)
@@ -210,12 +214,11 @@ class ExplanationSearch:
         for record, window in zip(self.records, self.windows, strict=True):
             every = max(least_step, window // ROWS_PER_WINDOW)
             parts.append(slipping_rows(record, bench, window, smoothed(record, window), every))
-        samples = joined(parts)
-        if samples.velocity.size == 0:
+        if all(part.velocity.size == 0 for part in parts):
             raise UnusableLogs(
                 "the axis never slips for a whole smoothing window; record longer strokes"
             )
-        return samples
+        return parts
 
     def rows(self, waves: tuple[float, ...]) -> ReducedRows:
         """Return the regression rows with the columns of all hypotheses, as triangular matrices.

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import Quantity, si_unit
 from frictool.engine.status_codes import OK
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import BenchLimits, limits_of
@@ -102,6 +102,24 @@ def breakaway_range(bench: Bench) -> tuple[float, float, float]:
         RATIOS[0] * coulomb.interval[0],
         RATIOS[1] * coulomb.value,
         RATIOS[2] * coulomb.interval[1],
+    )
+
+
+def returning_ramps(bench: Bench) -> str | None:
+    """Return a warning if a load may move the axis back between the ramps, else None.
+
+    The load consists of offset and `load.most`. The drive is 0 between the ramps, so that the axis
+    moves if the load exceeds the breakaway.
+    """
+    limits, least = limits_of(bench), breakaway_range(bench)[0]
+    load = limits.offset + limits.load
+    if load <= least:
+        return None
+    unit = si_unit("effort", bench.axis)
+    return (
+        f"ramps return the drive to 0: a load of up to {load:.3g} {unit} (offset, load.most) may "
+        f"exceed the breakaway (from {least:.3g}) and move the axis back each time; remove it, or "
+        "narrow both"
     )
 
 

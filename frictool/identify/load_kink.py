@@ -1,0 +1,442 @@
+"""Search for a position at which the load changes abruptly: a preloaded spring, or an end stop.
+
+The effort of a load is the same in both directions of motion, whereas friction changes its sign.
+The load is modelled by two straight lines over the position x that meet at a knot x_0:
+
+    offset + stiffness x + jump H(x - x_0) + bend max(x - x_0, 0)
+
+H is the unit step. This load is fitted together with the sliding parameters and the effects of the
+model, with x_0 at each position of a grid. One half of the strokes selects x_0 and determines a fit
+that predicts the other half. The kink is reported if all of these conditions hold:
+
+- Both halves of the strokes have the knot at nearly the same position.
+- The load with the knot predicts the strokes that cross the knot clearly better than two smooth
+  loads: the loads of the model, and these loads with gravity and a polynomial over the travel. It
+  also predicts significantly better than the loads of the model with further ripples, although
+  these ripples have more parameters.
+- Jump and bend differ significantly from 0, and noise of the acceleration cannot cause them.
+- The change of the effort exceeds its half width. Fitted for each direction of motion, the changes
+  are similar; friction over position would change the effort of both directions by opposite
+  amounts.
+- The change of the effort is at least LEAST_CHANGE times the Coulomb friction.
+
+The smoothing windows are shorter than those of a fit, because a long window hides a jump and
+excludes strokes that rest at the knot. However, the noise of the acceleration, times the inertia,
+has to be well below the least change.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import msgspec
+import numpy as np
+from numpy.polynomial.legendre import legvander
+from numpy.typing import NDArray
+
+from frictool.documents.bench import Bench
+from frictool.documents.load_terms import LoadTerms
+from frictool.documents.quantity import si_unit
+from frictool.identify.estimators.explanation_search import (
+    FALSE_ALARM,
+    ROWS_PER_WINDOW,
+    ExplanationSearch,
+)
+from frictool.identify.estimators.hypothesis_rows import ReducedRows
+from frictool.identify.estimators.load_hypotheses import harmonic
+from frictool.identify.fit_result import SLIDING, Interval, UnusableLogs, intervals_around
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.regression import SingularRegressors, solve_triangles
+from frictool.identify.regression.term_selection import WORTH, beyond_chance, halved
+from frictool.identify.rows.effects import Hypothesis, effect_names
+from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, RIPPLES, SPRING, TERMS
+from frictool.identify.rows.regression_samples import (
+    FEWEST_STROKES,
+    RegressionSamples,
+    joined,
+    parameters_of,
+    reduced,
+)
+from frictool.identify.rows.slip_fit import stroke_samples
+from frictool.identify.rows.smoothing import acceleration_response, bump, measurement_noise
+from frictool.typing import Matrix, Vector
+
+SHORTER = (0.25, 0.5, 1.0)  # lengths of the smoothing windows relative to the windows of a fit
+KNOTS = 48  # number of intervals of the travel; the first search tries the knots between them
+FINER = 8  # number of intervals of the second search in each interval of the first search
+ORDER = 5  # order of the polynomial of a smooth load
+MORE_RIPPLES = 3  # largest number of ripples in addition to those of the model
+# least number of rows on each side of the knot in a stroke that crosses the knot; half a window
+FEWEST_ROWS = ROWS_PER_WINDOW // 2
+DEPENDENT = 1e-3  # least share of a column that the other columns do not explain
+LEAST_CHANGE = 0.2  # least change of the effort, relative to the Coulomb friction
+ALIKE = 0.5  # least ratio of the changes in the two directions of motion
+QUIET = 0.25  # largest noise of the inertial effort, relative to the least change
+TINY = float(np.finfo(np.float64).tiny)  # avoids the logarithm of 0
+STIFFNESS = TERMS[SPRING][0]
+CHANGES = ("jump", "bend")
+BACKWARD = tuple(f"{name}_backward" for name in CHANGES)
+KINK = Hypothesis("kink", CHANGES, "a kink of the load", "", is_load=True)
+BY_DIRECTION = replace(KINK, names=(*CHANGES, *BACKWARD))
+
+
+@dataclass(frozen=True)
+class LoadKink:
+    """Abrupt change of the load at a position.
+
+    - position: position of the knot, rad | m
+    - margin: largest error of `position`, rad | m
+    - jump: change of the effort at the knot, N m | N; 0 if only the stiffness changes
+    - bend: change of the stiffness at the knot, N m/rad | N/m
+    - above: True if most samples lie above the knot
+    - squares: squared prediction error of a stroke relative to the error of the best
+      smooth load, geometric mean
+    """
+
+    position: float
+    margin: float
+    jump: float
+    bend: float
+    above: bool
+    squares: float
+
+    def on_side(self, position: Vector | np.floating) -> NDArray[np.bool_]:
+        """Return True for positions (n,) [rad | m] that surely lie on the side of most samples."""
+        beyond = (position - self.position) * (1.0 if self.above else -1.0)
+        return np.asarray(beyond > self.margin)
+
+    def one_side(self, record: MotionRecord) -> MotionRecord | None:
+        """Return the moving part of the record on the side of most samples; None without motion."""
+        kept = np.flatnonzero(self.on_side(record.position))
+        if kept.size == 0:
+            return None
+        part = record.part(kept)
+        breaks = (np.diff(part.piece, prepend=0) > 0) | (np.diff(kept, prepend=kept[0]) > 1)
+        part = replace(part, piece=np.cumsum(breaks))
+        return part if stroke_samples(part) > 0.0 else None
+
+    def shown(self, bench: Bench) -> str:
+        """Return text on the kink, and on the positions at which the model is valid."""
+        unit = si_unit("position", bench.axis)
+        also = f" ({math.degrees(self.position):.3g} deg)" if bench.axis == "rotary" else ""
+        change = (
+            f"the load changes by {abs(self.jump):.3g} {si_unit('effort', bench.axis)}"
+            if self.jump
+            else "the stiffness of the load changes by "
+            f"{abs(self.bend):.3g} {si_unit('stiffness', bench.axis)}"
+        )
+        side = "above" if self.above else "below"
+        return f"{change} at {self.position:.3g} {unit}{also}; the model holds {side} it only"
+
+    def warning(self, bench: Bench) -> str:
+        """Return the warning that names the kink and its possible causes."""
+        return (
+            f"{self.shown(bench)} (spring preload, limp-home or end stop?); log the other side on "
+            "its own"
+        )
+
+
+@dataclass(frozen=True)
+class _KinkSearch:
+    """Search for a kink with regression rows of all records.
+
+    - position: smoothed position of the rows, (n,), rad | m
+    - reach: distance that the axis moves in half of the smoothing window, plus the encoder step,
+      (n,), rad | m
+    - bump: smoothing kernel
+    - noise: rms noise of the acceleration due to the encoder, rad/s^2 | m/s^2
+    - confidence: confidence of the intervals, 0 to 1
+    - base: columns (n,) of a fit without the kink, by name
+    """
+
+    samples: RegressionSamples
+    position: Vector
+    reach: Vector
+    bump: Vector
+    noise: float
+    confidence: float
+    base: Mapping[str, Vector]
+
+    @cached_property
+    def stroke(self) -> NDArray[np.int64]:
+        """Return the number of the stroke of each row, without gaps, (n,)."""
+        return np.asarray(np.unique(self.samples.stroke, return_inverse=True)[1])
+
+    @cached_property
+    def forward(self) -> NDArray[np.bool_]:
+        """Return True for each forward stroke, (s,)."""
+        return np.bincount(self.stroke, self.samples.sign) > 0.0
+
+    @cached_property
+    def half(self) -> NDArray[np.int64]:
+        """Return the half of the strokes, 0 or 1, to which each stroke belongs, (s,)."""
+        return halved(np.arange(self.forward.size))
+
+    @cached_property
+    def predicted(self) -> Vector | None:
+        """Return the squared prediction error of each stroke without a kink, (s,), or None."""
+        return self.reduced_rows({}).squares([])
+
+    @cached_property
+    def step(self) -> float:
+        """Return the distance of the knots of the first search, rad | m."""
+        return float(np.ptp(self.position)) / KNOTS
+
+    def crossing(self, knot: float) -> NDArray[np.bool_]:
+        """Return True for each stroke with rows on both sides of the knot, (s,)."""
+        above = np.bincount(self.stroke, self.position > knot)
+        below = np.bincount(self.stroke, self.position < knot)
+        return np.minimum(above, below) >= FEWEST_ROWS
+
+    def testable(self, knot: float) -> bool:
+        """Return whether strokes of both halves cross the knot in both directions."""
+        crossing = self.crossing(knot)
+        groups = [crossing & (self.forward == side) for side in (True, False)]
+        return all(
+            np.count_nonzero(one) >= FEWEST_STROKES and np.unique(self.half[one]).size == 2
+            for one in groups
+        )
+
+    def changes(self, knot: float) -> Matrix:
+        """Return the columns of jump and bend, (n, 2).
+
+        The jump is smoothed as the effort is. Within a smoothing window, the speed is taken as
+        constant.
+        """
+        beyond = self.position - knot
+        passed = np.concatenate(([0.0], np.cumsum(self.bump)))
+        share = np.interp(beyond / self.reach, np.linspace(-1.0, 1.0, passed.size), passed)
+        return np.column_stack((share, np.maximum(beyond, 0.0)))
+
+    def best(self, rows: NDArray[np.bool_], knots: Sequence[float]) -> float:
+        """Return the knot with which the selected rows have the smallest residual, rad | m."""
+        fitted = np.linalg.qr(np.column_stack([one[rows] for one in self.base.values()]))[0]
+        left = self.samples.effort[rows]
+        left = left - fitted @ (fitted.T @ left)
+        gains = []
+        for knot in knots:
+            changes = self.changes(knot)[rows]
+            changes -= fitted @ (fitted.T @ changes)
+            value = np.linalg.lstsq(changes, left, rcond=DEPENDENT)[0]
+            gains.append(float(left @ changes @ value))
+        return knots[int(np.argmax(gains))]
+
+    def knot(self, rows: NDArray[np.bool_], knots: Sequence[float]) -> float:
+        """Return the knot of `best` on a grid that is refined around the best of `knots`."""
+        first = self.best(rows, knots)
+        finer = first + self.step * np.linspace(-1.0, 1.0, 2 * FINER + 1)
+        return self.best(rows, finer.tolist())
+
+    def reduced_rows(self, columns: Mapping[str, Vector]) -> ReducedRows:
+        """Return the rows with the base columns and `columns`, as triangular matrices."""
+        table = {**self.base, **columns}
+        sliding = [name for name in SLIDING if name in table]
+        loads = {name: one for name, one in table.items() if name not in sliding}
+        samples = replace(self.samples, loads=loads)
+        even = np.ones(samples.velocity.size)
+        plain, _, cluster, stroke = reduced(samples, even, len(sliding), ROWS_PER_WINDOW)
+        names = (*sliding, *loads)
+        return ReducedRows(samples, plain, cluster, stroke, names, tuple(self.base), self.noise)
+
+    def with_kink(self, knot: float) -> ReducedRows:
+        """Return the rows with the columns of a kink at `knot`."""
+        return self.reduced_rows(dict(zip(CHANGES, self.changes(knot).T, strict=True)))
+
+    def found(self, rivals: Sequence[Vector], most: float) -> LoadKink | None:
+        """Return the kink if it fulfils the conditions of the module docstring, else None.
+
+        - rivals: squared prediction errors of each stroke with smooth loads, each (s,)
+        - most: largest squared prediction error, relative to the error of the best rival
+        """
+        low = float(self.position.min())
+        knots = [knot for k in range(1, KNOTS) if self.testable(knot := low + self.step * k)]
+        if not knots or not rivals:
+            return None
+        sides = [self.knot(self.half[self.stroke] == side, knots) for side in (0, 1)]
+        knot = self.knot(np.full(self.position.size, True), knots)
+        margin = max(abs(one - knot) for one in sides) + self.step / FINER
+        if abs(sides[0] - sides[1]) > self.step or not self.testable(knot):
+            return None
+        first, second = (self.with_kink(one).squares([KINK]) for one in reversed(sides))
+        if first is None or second is None:
+            return None
+        crossing = self.crossing(knot)
+        logarithm = np.log(np.where(self.half == 0, first, second)[crossing] + TINY)
+        ratio = max(
+            (logarithm - np.log(rival[crossing] + TINY) for rival in rivals),
+            key=lambda one: float(np.mean(one)),
+        )
+        share = float(np.exp(np.mean(ratio)))
+        if share > most or not beyond_chance(ratio, 0.0 * ratio, self.confidence):
+            return None
+        try:
+            rows = self.with_kink(knot)
+            if not rows.visible(KINK, ()) or rows.probability(KINK, ()) > FALSE_ALARM / len(knots):
+                return None
+            change = self._change(rows, knot)
+        except SingularRegressors:
+            return None
+        if change is None:
+            return None
+        return LoadKink(knot, margin, *change, bool(np.median(self.position) > knot), share)
+
+    def _change(self, rows: ReducedRows, knot: float) -> tuple[float, float] | None:
+        """Return jump and bend if one of them is large, and alike in both directions, else None."""
+        both = _intervals(rows, KINK, self.confidence)
+        changes = self.changes(knot)
+        back = (self.samples.sign < 0.0)[:, None]
+        columns = np.column_stack((np.where(back, 0.0, changes), np.where(back, changes, 0.0)))
+        named = dict(zip(BY_DIRECTION.names, columns.T, strict=True))
+        sides = _intervals(self.reduced_rows(named), BY_DIRECTION, self.confidence)
+        shorter = min(knot - self.position.min(), self.position.max() - knot)
+        for name, size in zip(CHANGES, (1.0, float(shorter)), strict=True):
+            values = [sides[one].value for one in (name, f"{name}_backward")]
+            if (
+                size * abs(both[name].value) >= LEAST_CHANGE * abs(both["coulomb"].value)
+                and both[name].low * both[name].high > 0.0
+                and min(values) * max(values) > 0.0
+                and min(map(abs, values)) >= ALIKE * max(map(abs, values))
+            ):
+                jump = both["jump"].value if name == "jump" else 0.0
+                return jump, both["bend"].value
+        return None
+
+
+def load_kink(
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    load: LoadTerms | None,
+    settings: IdentificationSettings,
+) -> LoadKink | None:
+    """Return the kink of the load that the records show, or None.
+
+    `load` contains the load terms of a fit in which the bench declares none, or is None.
+    """
+    explained = bench if load is None else msgspec.structs.replace(bench, load=load)
+    try:
+        search = _with_short_windows(ExplanationSearch.of(records, explained, settings))
+        parts = search.samples_of_records(search.declared_waves)
+        samples = joined(parts)
+        names, refused = parameters_of(samples)
+    except UnusableLogs:
+        return None
+    position = samples.loads.get(STIFFNESS)
+    if position is None or refused or names != SLIDING:
+        return None
+    times = [
+        np.full(part.velocity.size, 0.5 * (window - 2) * record.period)
+        for part, window, record in zip(parts, search.windows, search.records, strict=True)
+    ]
+    tried = {name for one in search.hypotheses for name in one.names}
+    # in equal strokes, viscous friction by direction resembles a load
+    tried -= set(TERMS[DIRECTION])
+    fitted = {name: one for name, one in samples.loads.items() if name not in tried}
+    gravity = {name: samples.loads[name] for name in TERMS[GRAVITY] if name in samples.loads}
+    plain = fitted if load is None else _disturbing(fitted)
+
+    def search_with(loads: Mapping[str, Vector]) -> _KinkSearch:
+        return _KinkSearch(
+            samples,
+            position,
+            np.concatenate(times) * np.abs(samples.velocity) + search.records[0].resolution,
+            bump(search.windows[0], search.records[0].period),
+            search.noise,
+            settings.confidence,
+            _independent({**dict(zip(names, samples.columns, strict=True)), **loads}),
+        )
+
+    searches = [
+        search_with({**loads, STIFFNESS: position}) for loads in (plain, {**fitted, **gravity})
+    ]
+    smooth = {**fitted, **_polynomial(position), **gravity}
+    rivals = [search_with(loads).predicted for loads in (fitted, smooth)]
+    kink = _best_kink(searches, rivals, WORTH**2)
+    if kink is None:
+        return None
+    rippled = search_with({**fitted, **_ripples(search)}).predicted
+    return None if _best_kink(searches, [rippled], 1.0) is None else kink
+
+
+def _best_kink(
+    searches: Sequence[_KinkSearch], rivals: Sequence[Vector | None], most: float
+) -> LoadKink | None:
+    """Return the kink that predicts the strokes best, or None (`_KinkSearch.found`)."""
+    known = [one for one in rivals if one is not None]
+    found = [kink for one in searches if (kink := one.found(known, most)) is not None]
+    return min(found, key=lambda one: one.squares, default=None)
+
+
+def _disturbing(columns: Mapping[str, Vector]) -> dict[str, Vector]:
+    """Return the columns of effects that are no loads over the position."""
+    names = {*effect_names(), *TERMS[DIRECTION]}
+    return {name: one for name, one in columns.items() if name in names}
+
+
+def _polynomial(position: Vector) -> dict[str, Vector]:
+    """Return the columns (n,) of a polynomial over the travel."""
+    low = float(position.min())
+    scaled = 2.0 * (position - low) / max(float(np.ptp(position)), TINY) - 1.0
+    return {f"order_{k}": one for k, one in enumerate(legvander(scaled, ORDER).T) if k > 0}
+
+
+def _ripples(search: ExplanationSearch) -> dict[str, Vector]:
+    """Return the columns (n,) of further ripples, at most MORE_RIPPLES, that the rows show."""
+    declared = search.declared_waves
+    waves = declared
+    for _ in range(MORE_RIPPLES):
+        used = [harmonic(term) for term in RIPPLES[len(declared) : len(waves)]]
+        rows = search.rows(waves)
+        found = search.ripple(rows, waves, used) or search.long_ripple(rows, waves, used)
+        if found is None:
+            break
+        waves = (*waves, found[1].number)
+    loads = search.samples(waves).loads
+    names = [name for term in RIPPLES[len(declared) : len(waves)] for name in TERMS[term]]
+    return {name: loads[name] for name in names}
+
+
+def _with_short_windows(search: ExplanationSearch) -> ExplanationSearch:
+    """Return the search with the shortest windows in which noise hides no change of the load."""
+    rows = search.rows(search.declared_waves)
+    inertia, _, coulomb = np.abs(rows.fitted(rows.columns([]))[:3]).tolist()
+    lengths = [search.smoother(factor).windows for factor in SHORTER]
+    windows = []
+    for k, record in enumerate(search.records):
+        noise = inertia * measurement_noise(record)
+        windows.append(
+            next(
+                (
+                    one[k]
+                    for one in lengths
+                    if noise * float(np.linalg.norm(acceleration_response(record, one[k])))
+                    <= QUIET * LEAST_CHANGE * coulomb
+                ),
+                search.windows[k],
+            )
+        )
+    return replace(search, windows=tuple(windows))
+
+
+def _independent(columns: Mapping[str, Vector]) -> dict[str, Vector]:
+    """Return the columns (n,) that the preceding columns do not explain."""
+    kept: dict[str, Vector] = {}
+    basis = np.empty((next(iter(columns.values())).size, 0))
+    for name, one in columns.items():
+        left = one - basis @ (basis.T @ one)
+        left -= basis @ (basis.T @ left)
+        size = float(np.linalg.norm(left))
+        if name in SLIDING or size > DEPENDENT * float(np.linalg.norm(one)):
+            kept[name] = one
+            basis = np.column_stack((basis, left / max(size, 1e-300)))
+    return kept
+
+
+def _intervals(rows: ReducedRows, kink: Hypothesis, confidence: float) -> dict[str, Interval]:
+    columns = rows.columns([kink])
+    solution = solve_triangles(rows.plain[:, :, [*columns, -1]], rows.cluster)
+    names = [rows.names[k] for k in columns]
+    return intervals_around(names, solution.value, solution.half_width(confidence))
