@@ -49,7 +49,7 @@ from frictool.identify.effect_regression import (
     unlikely_change,
 )
 from frictool.identify.estimators.explanation_search import NOTICEABLE
-from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_result import DIMENSIONS, Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.further_orders import further_orders
 from frictool.identify.hidden_effects import hidden_effects
@@ -372,7 +372,7 @@ def _lag_doubts(
     name = min(rates, key=lambda one: wide[one].half_width / abs(rates[one]), default=None)
     if name is None or wide[name].half_width >= period * abs(rates[name]):
         return []
-    shown = f"{1e-3 * abs(rates[name]):.2g} {si_unit(name, bench.axis)}"
+    shown = f"{1e-3 * abs(rates[name]):.2g} {si_unit(DIMENSIONS[name], bench.axis)}"
     doubt = (
         f"{name} changes by about {shown} per ms of the winding's L/R, which this log does not "
         "show; state L/R in actuator.loop_time_constant_s, or log the current (columns.current)"
