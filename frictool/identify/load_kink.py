@@ -257,9 +257,11 @@ class _KinkSearch:
         if not knots or not rivals:
             return None
         sides = [self.knot(self.half[self.stroke] == side, knots) for side in (0, 1)]
+        if abs(sides[0] - sides[1]) > self.step:
+            return None
         knot = self.knot(np.full(self.position.size, True), knots)
         margin = max(abs(one - knot) for one in sides) + self.step / FINER
-        if abs(sides[0] - sides[1]) > self.step or not self.testable(knot):
+        if not self.testable(knot):
             return None
         first, second = (self.with_kink(one).squares([KINK]) for one in reversed(sides))
         if first is None or second is None:

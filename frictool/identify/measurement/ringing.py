@@ -39,6 +39,7 @@ PER_CYCLE = 6.0  # fewest samples of the log in a cycle
 STARTS = 12  # windows after a stop, which start a sixteenth of a window apart
 DRIFT = 0.25  # largest change of the mean between the halves of a window at rest, over its range
 LEAST_RANGE = 3.0  # least range of the position in a window, counts
+LEAST_REVERSALS = 3  # fewest changes of the direction in a window; two visible cycles have four
 APART = 4.0  # least range of the position between two stops, in amplitudes
 LEAST_STOPS = 2
 AGREE = 0.1  # relative difference
@@ -145,11 +146,14 @@ def _in_windows(record: MotionRecord, window: float, axis: Rigidity) -> Iterator
     period = step * record.period
     span = samples * period
     highest = 2.0 * np.pi / PER_CYCLE * span / record.period
+    reversals = _reversals(position)
     for stop in _stops(position, samples, record.resolution):
         starts = stop + samples * np.arange(STARTS) // 16
         starts = starts[starts + samples <= count]
         ends = (starts + samples) * step - 1
         starts = starts[record.piece[starts * step] == record.piece[ends]]
+        turns = reversals[starts + samples - 1] - reversals[starts]
+        starts = starts[turns >= LEAST_REVERSALS]
         if starts.size == 0:
             continue
         windows = position[starts[:, None] + np.arange(samples)]
@@ -181,6 +185,15 @@ def _stops(position: Vector, samples: int, count: float) -> Iterator[int]:
         if start >= latest + samples:
             latest = int(start)
             yield latest
+
+
+def _reversals(position: Vector) -> Vector:
+    """Return the number of changes of direction up to each sample (n,)."""
+    moves = np.diff(position, prepend=position[:1])
+    moving = np.flatnonzero(moves)
+    changed = np.zeros(position.size)
+    changed[moving[1:]] = np.diff(np.sign(moves[moving])) != 0.0
+    return np.cumsum(changed)
 
 
 def _ranges(position: Vector, samples: int) -> Vector:
