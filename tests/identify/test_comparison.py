@@ -373,6 +373,7 @@ def test_a_negative_friction_that_may_be_0_is_0_where_the_bench_excludes_it(tmp_
     assert "lies wholly outside the bench's [0.04, 0.25]" in result.stderr
 
 
+@pytest.mark.accept
 def test_logs_that_disagree_are_told_where_the_parameter_is_refused(folder: Path) -> None:
     """The interval from both days is too wide to be of use; each day gives a narrow one."""
     both = identified(folder, "monday", "tuesday")[0]["parameters"]["viscous"]["value"]

@@ -74,7 +74,7 @@ def test_what_does_not_tell_a_lag_is_refused() -> None:
         )
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(st.floats(1.0, 4.0), st.floats(-2e-3, 2e-3), st.integers(0, 1000))
 def test_backlash_and_delay_come_back(width: float, delay: float, seed: int) -> None:
     """Encoder of 4096 points; the drive is logged `delay` late."""

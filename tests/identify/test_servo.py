@@ -110,6 +110,7 @@ def test_interpolated_positions_are_named(tmp_path: Path) -> None:
     assert low <= servo.constant <= high
 
 
+@pytest.mark.accept
 def test_without_a_pendulum_gravity_is_fitted_relative_to_the_constant(tmp_path: Path) -> None:
     servo = SmartServo()
     generator = np.random.default_rng(3)

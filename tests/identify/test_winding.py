@@ -100,10 +100,13 @@ def test_the_winding_comes_back(tmp_path: Path, drive: str) -> None:
     assert [found[name]["unit"] for name in TRUTH] == ["ohm", "N m/A", "H"]
 
 
-def test_the_intervals_cover() -> None:
-    """Each of 20 records; binomial at 95 %, fewer than 16 once in a thousand."""
+@pytest.mark.parametrize(
+    ("records", "least"), [(5, 3), pytest.param(20, 16, marks=pytest.mark.accept)]
+)
+def test_the_intervals_cover(records: int, least: int) -> None:
+    """At 95 %, fewer hits than `least` have a probability of 0.1 or 0.3 %."""
     hits = dict.fromkeys(TRUTH, 0)
-    for seed in range(20):
+    for seed in range(records):
         counts, voltage, current = signals(seed)
         piece = np.zeros(counts.size)
         log = WindingLog(voltage, current, counts * STEP, piece, PERIOD, 31, 0.3 * STEP)
@@ -112,7 +115,7 @@ def test_the_intervals_cover() -> None:
             one = found[name]
             assert isinstance(one, Interval)
             hits[name] += one.low <= true <= one.high
-    assert min(hits.values()) >= 16, hits
+    assert min(hits.values()) >= least, hits
 
 
 def test_a_motor_at_rest_has_no_back_emf(tmp_path: Path) -> None:
@@ -184,13 +187,16 @@ def test_a_voltage_of_another_motor_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("late", [0.0, 0.6])
-def test_a_free_motor_gives_its_winding(late: float) -> None:
+@pytest.mark.parametrize(
+    ("records", "least"), [(2, 1), pytest.param(6, 5, marks=pytest.mark.accept)]
+)
+def test_a_free_motor_gives_its_winding(late: float, records: int, least: int) -> None:
     """The speed changes within a period, by K^2 T/(2 J R) of the current's voltage, which is 3 % of
     the resistance. The voltage acts at an unknown time after its row."""
     motor = Motor(late=late)
     truth = (motor.resistance, motor.constant, motor.inductance)
     hits = np.zeros(3)
-    for seed in range(6):
+    for seed in range(records):
         one = log_signals(motor, steps(seed, 6000), seed)
         log = WindingLog(
             one["voltage"], one["current"], one["position"], np.zeros(6000), SLOW, 15, 0.3 * COUNT
@@ -199,4 +205,4 @@ def test_a_free_motor_gives_its_winding(late: float) -> None:
             assert isinstance(found, Interval)
             assert found.value == pytest.approx(truth[k], rel=0.01 if k < 2 else 0.15)
             hits[k] += found.low <= truth[k] <= found.high
-    assert np.all(hits >= 5), hits
+    assert np.all(hits >= least), hits

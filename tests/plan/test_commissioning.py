@@ -416,6 +416,7 @@ def warmed(log: Log, ends: tuple[float, float]) -> Log:
     return replace(log, streams=(replace(stream, signals=signals, units=units),))
 
 
+@pytest.mark.accept
 def test_a_plan_says_at_which_temperature_its_vertices_hold(
     logs: tuple[Log, Log], tmp_path: Path
 ) -> None:

@@ -84,6 +84,7 @@ def test_a_rehearsed_test_keeps_its_promise_on_other_axes(
     assert len(kept) >= len(rows) - 1
 
 
+@pytest.mark.accept
 def test_the_best_test_of_a_duration_promises_what_its_rehearsals_reach(
     belt: tuple[Bench, PreciseTest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -149,6 +150,7 @@ def test_ramps_of_a_duration_have_no_more_rows(name: str, seconds: float) -> Non
     assert 0.5 * seconds < test.sequence.duration <= seconds
 
 
+@pytest.mark.accept
 def test_the_default_kind_is_the_test_if_no_mix_of_its_duration_has_the_precision(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
