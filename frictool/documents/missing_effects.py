@@ -25,8 +25,8 @@ def missing_ringing(model: Model) -> str | None:
     rates = (one.rad_s, *(one.interval_rad_s or (one.rad_s,)))
     value, *ends = (f"{rate / (2.0 * math.pi):.3g}" for rate in rates)
     return (
-        f"after stops, the position rings at {value} Hz ({' to '.join(ends)}): a compliance that "
-        "margins and simulations of this model lack; test controllers on a mechanism with it"
+        f"after stops, the position rings at {value} Hz ({' to '.join(ends)} Hz); margins and "
+        "simulations of this model ignore the compliance; test controllers on a mechanism with it"
     )
 
 

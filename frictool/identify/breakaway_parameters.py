@@ -107,18 +107,20 @@ def _refuse_returning(logs: AxisLogs, sliding: Outcome) -> None:
     """Raise UnusableLogs if an unknown load moves the axis back after most ramps.
 
     The load is known if it is part of the model, and if the sliding logs pass the position of the
-    ramps.
+    ramps at least 2 FEWEST_STROKES times.
     """
     known = sliding.laws is not None and sliding.laws.load is not None
+    unit = si_unit("position", logs.bench.axis)
+    enough = 2 * FEWEST_STROKES
     for record in logs.ramps:
         share = returning_share(record, logs.bench)
         rest = float(np.median(record.position))
         passages = sum(passages_of(one, rest) for one in logs.sliding)
-        if share > MOST_RETURNS and not (known and passages >= 2 * FEWEST_STROKES):
+        if share > MOST_RETURNS and not (known and passages >= enough):
             raise UnusableLogs(
-                f"after {100 * share:.3g} % of the ramps, the axis moves back to about {rest:.3g} "
-                f"{si_unit('position', logs.bench.axis)} without drive: a load exceeds the "
-                "breakaway; add strokes through this position, or remove the load"
+                f"after {100 * share:.3g} % of ramps, the axis moves back to about {rest:.3g} "
+                f"{unit} undriven: a load exceeds the breakaway; log {enough} strokes through "
+                "there, or remove the load"
             )
 
 
@@ -222,10 +224,11 @@ def _fitted_over_position(
     The inertial effort is the same function of the acceleration in both directions; friction
     changes its sign. The fit is therefore repeated with friction over position and, if the
     directions have different laws, with a load over position. With method `auto`, the inertia comes
-    from the weak form if its interval is narrower. If there is neither, the inertia is refused.
+    from the weak form if its interval is narrower, or if the repeated fit gives no inertia. If the
+    weak form gives none, either, the inertia is refused.
 
-    Return the outcome with this inertia, and the outcome with all parameters of the fit with
-    friction over position, or None.
+    Return two outcomes. The first contains this inertia. The second contains all parameters of the
+    repeated fit; it is None if there is no such fit, or if the inertia comes from the weak form.
     """
     if _over_position(fit):
         return outcome, outcome

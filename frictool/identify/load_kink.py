@@ -6,23 +6,24 @@ The load is modelled by two straight lines over the position x that meet at a kn
     offset + stiffness x + jump H(x - x_0) + bend max(x - x_0, 0)
 
 H is the unit step. This load is fitted together with the sliding parameters and the effects of the
-model, with x_0 at each position of a grid. One half of the strokes selects x_0 and determines a fit
-that predicts the other half. The kink is reported if all of these conditions hold:
+model, with x_0 at each position of a grid. Each half of the strokes selects a position x_0; the fit
+to this half with its x_0 predicts the other half. The kink is reported if all of these conditions
+hold:
 
-- Both halves of the strokes have the knot at nearly the same position.
+- Both halves of the strokes select nearly the same position.
 - The load with the knot predicts the strokes that cross the knot clearly better than two smooth
   loads: the loads of the model, and these loads with gravity and a polynomial over the travel. It
   also predicts significantly better than the loads of the model with further ripples, although
   these ripples have more parameters.
 - Jump and bend differ significantly from 0, and noise of the acceleration cannot cause them.
-- The change of the effort exceeds its half width. Fitted for each direction of motion, the changes
-  are similar; friction over position would change the effort of both directions by opposite
-  amounts.
+- The change of the effort at the knot exceeds the half width of its interval. Fitted for each
+  direction of motion, the changes are similar; friction over position would change the effort of
+  both directions by opposite amounts.
 - The change of the effort is at least LEAST_CHANGE times the Coulomb friction.
 
 The smoothing windows are shorter than those of a fit, because a long window hides a jump and
-excludes strokes that rest at the knot. However, the noise of the acceleration, times the inertia,
-has to be well below the least change.
+excludes strokes that rest at the knot. Short windows leave more noise of the acceleration. The
+windows are long enough that this noise, times the inertia, is well below the least change.
 """
 
 from __future__ import annotations

@@ -352,10 +352,11 @@ def _lag_doubts(
 ) -> list[tuple[str, str]]:
     """Return a parameter and a warning if an unknown lag of a winding may move it; [] otherwise.
 
-    The lag exceeds the delay of the model, if any, by at most one sample period. There is no
-    warning if the interval of the fitted delay excludes READ_APART periods more. This interval is
-    not used if noise of the acceleration falsifies the delay, or if the delay has the opposite
-    sign: a voltage cannot act before it is logged.
+    The lag is assumed to exceed the delay of the model, 0 if it has none, by at most one sample
+    period. There is no warning if one period of lag moves each parameter by less than the half
+    width of its interval, or if the interval of the fitted delay ends below the delay of the model
+    plus READ_APART periods. This interval is not used if noise of the acceleration falsifies the
+    delay, or if the whole interval means that the voltage acts before it is logged.
     """
     late = next((one for one in regression.hypotheses if one.term == DELAY), None)
     known = any(one.lag > 0.0 or one.winding is not None for one in records)

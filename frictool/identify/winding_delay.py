@@ -165,12 +165,13 @@ def _of_current(
 def current_between_samples(
     regression: EffectRegression | None, records: Sequence[MotionRecord], bench: Bench
 ) -> list[AcceptedEffects]:
-    """Return the possible shift of the inertia of a current drive whose winding holds its voltage.
+    """Return the possible shift of the inertia if a current drive holds the winding's voltage.
 
     The result is empty for another drive, and if the bench states the lag of the current. A logged
-    voltage that explains the current determines R, K and L. Otherwise, the bench has to state R,
-    and the fit has to contain a delay of more than T/2, which readings of a held current cannot
-    have; L is then unknown. The fitted delay also determines the sign of the shift.
+    voltage that explains the current determines R, K and usually L. Otherwise, the bench has to
+    state R, and the fitted delay has to exceed half a sample period T. Readings of a current that
+    is held between samples have no such delay. The shift for an unknown L is the largest. Its sign
+    is that of the fitted delay minus T/2. Without a fitted delay, both signs are possible.
     """
     actuator = bench.actuator
     if regression is None or actuator.drive != "current" or actuator.logged_lag_s > 0.0:

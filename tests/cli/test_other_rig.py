@@ -196,7 +196,7 @@ def test_a_model_of_the_bench_s_values_is_named_by_every_command_and_verdict(
 def test_every_command_warns_of_a_ringing_that_the_model_lacks(rig: ControllerRig) -> None:
     rung = Oscillation(100.0, 0.02, (98.0, 102.0))
     lacking = msgspec.structs.replace(clutch_model(), ringing=rung)
-    text = "after stops, the position rings at 15.9 Hz (15.6 to 16.2)"
+    text = "after stops, the position rings at 15.9 Hz (15.6 to 16.2 Hz)"
     rig.write(lacking, played(), 0.1)
     model = rig.folder / "model.yaml"
     assert text in rig.simulate().stderr

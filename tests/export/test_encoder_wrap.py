@@ -124,6 +124,14 @@ def shown(encoder: Encoder, true: Values) -> Values:
     return seen
 
 
+def scale(controller: Controller, number: ProgramNumber) -> float:
+    """Return the exported number of a position of 1 rad."""
+    if number != "q31":
+        return 1.0
+    scaled = fixed_program(controller_program(controller))
+    return 2.0 ** scaled.fractions[scaled.program.inputs["position"].index]
+
+
 @needs_compiler
 @pytest.mark.parametrize("number", NUMBERS)
 @pytest.mark.parametrize("kind", EXACT)
@@ -138,10 +146,7 @@ def test_wrapping_readings_give_the_drives_of_the_position_without_wraps(
     first = seen[0] - true[0]  # the first position is the reading, here within the travel
     assert np.ptp(true) > 2.0 * np.ptp(seen)
     found = follow(controller, number, tmp_path, seen)
-    factor = encoder.resolution
-    if number == "q31":
-        scaled = fixed_program(controller_program(controller))
-        factor *= 2.0 ** scaled.fractions[scaled.program.inputs["position"].index]
+    factor = encoder.resolution * scale(controller, number)
     wanted = ((true + first) * factor).astype(KINDS[number])
     assert found.tobytes() == wanted.tobytes()
     reference = np.full(len(found), wanted[-1])
@@ -167,10 +172,7 @@ def test_counts_that_decrease_forward_wrap_the_other_way(
     seen = shown(encoder, true)
     # `follow` multiplies the readings by the resolution, but passes counts in q31
     found = follow(controller, number, tmp_path, seen if number == "q31" else -seen)
-    factor = -encoder.resolution
-    if number == "q31":
-        scaled = fixed_program(controller_program(controller))
-        factor *= 2.0 ** scaled.fractions[scaled.program.inputs["position"].index]
+    factor = -encoder.resolution * scale(controller, number)
     wanted = ((true + seen[0] - true[0]) * factor).astype(KINDS[number])
     assert np.ptp(true) > 2.0 * np.ptp(seen)
     np.testing.assert_array_equal(found, wanted)
@@ -191,9 +193,7 @@ def test_rounding_does_not_add_up_over_the_periods(
     true = np.concatenate([np.arange(0.3, 50.0, 0.7), np.arange(50.0, -50.0, -1.1)])
     seen = np.floor(true % period / encoder.resolution)
     found = follow(controller, number, tmp_path, seen).astype(np.float64)
-    if number == "q31":
-        scaled = fixed_program(controller_program(controller))
-        found *= 2.0 ** -scaled.fractions[scaled.program.inputs["position"].index]
+    found /= scale(controller, number)
     precision = {"double": 1e-13, "float": 1e-5, "q31": 1e-6}[number]
     wanted = seen * encoder.resolution + period * np.floor(true / period)
     assert np.max(np.abs(found - wanted)) < precision

@@ -10,12 +10,13 @@ displacement. An elastic drive train or an elastic contact oscillates without su
 - U, a: complex amplitudes of the effort and of the acceleration
 - J: inertia; k: stiffness of the load over the position
 
-`share` is about 1 on a rigid axis, whose controller oscillates. It is small in a free oscillation.
+`share` is about 1 if a controller or a load makes a rigid axis oscillate. It is small in a free
+oscillation.
 The effort may be logged earlier or later than the position. The largest value over a range of
 delays is used.
 
 The best point of a grid over w and s is the start of Gauss-Newton steps. The standard errors allow
-for residuals that are correlated over one sample, and for the rounding to encoder counts.
+for correlation of the residuals of neighbouring samples, and for the rounding to encoder counts.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ class Rigidity(NamedTuple):
     load: Callable[[Vector], Vector] | None
 
 
-class Stop(NamedTuple):
+class StopWindow(NamedTuple):
     """Window after a stop.
 
     - position, effort: equidistant samples (n,), rad | m and N m | N
@@ -140,7 +141,7 @@ def coarse_fits(windows: Matrix, highest: float) -> list[tuple[int, float, float
 
 
 def free_oscillation(
-    stop: Stop, rate: float, decay: float, axis: Rigidity
+    stop: StopWindow, rate: float, decay: float, axis: Rigidity
 ) -> FreeOscillation | None:
     """Return the free oscillation after `stop`, or None if it is not free or not an oscillation.
 
@@ -225,7 +226,7 @@ def _standard_errors(columns: Matrix, residual: Vector, resolution: float) -> Ve
 
 
 def _share(
-    stop: Stop, columns: Matrix, pole: complex, motion: complex, axis: Rigidity
+    stop: StopWindow, columns: Matrix, pole: complex, motion: complex, axis: Rigidity
 ) -> tuple[float, float]:
     """Return the share of the restoring effort of a rigid axis, and its standard error.
 

@@ -3,10 +3,11 @@
 The first windows after each stop are searched for a free oscillation (`free_oscillation.py`), in
 WINDOWS of different length. A single oscillation may be chance, or an impact. The axis rings if
 
-- at least LEAST_STOPS stops agree in the frequency within AGREE, and no more stops disagree
+- at least LEAST_STOPS stops agree in the frequency within AGREE, and at most as many disagree
 - the oscillations decay: none grows significantly, and their mean decay differs from 0 by CERTAIN
   standard errors. The amplitude of a self-excited oscillation increases and decreases.
-- effort and load do not cause them: their mean share is significantly below DRIVEN
+- effort and load do not cause the oscillations: the mean `share` of the acceleration that they
+  explain (`free_oscillation.py`) is significantly below DRIVEN
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from frictool.identify.measurement.free_oscillation import (
     DRIVEN,
     FreeOscillation,
     Rigidity,
-    Stop,
+    StopWindow,
     coarse_fits,
     free_oscillation,
 )
@@ -162,7 +163,7 @@ def _in_windows(record: MotionRecord, window: float, axis: Rigidity) -> Iterator
             inside = slice(first, first + samples)
             before = position[max(0, first - samples) : first + 1]
             moved = float(np.max(np.abs(before - np.mean(windows[best]))))
-            rest = Stop(position[inside], effort[inside], period, moved, record.resolution)
+            rest = StopWindow(position[inside], effort[inside], period, moved, record.resolution)
             oscillation = free_oscillation(rest, rate / span, decay / span, axis)
             if oscillation is not None:
                 yield _Found(first * step, oscillation)

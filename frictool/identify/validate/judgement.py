@@ -17,20 +17,21 @@ intervals may fit the log, but the model's values do not.
 The force error says nothing about samples at rest, and an unstable model may have a small force
 error. A model whose simulated position strays therefore does not reproduce the log, either:
 
-- If a controller holds the position, or a spring or gravity that exceeds friction and effort error,
-  the position must stay in the travel of the bench, extended by `limit` times the travel.
+- A controller may hold the position, and so may a spring or gravity that exceeds friction and
+  effort error. The position must then stay in the travel of the bench, extended by `limit` times
+  the travel.
 - Other simulations drift, because the axis integrates errors of the effort. An rms error e moves a
   sliding axis of inertia J and viscous friction b by at most e T min(1/b, T/J) during the time T.
-  A model with a spring or gravity that drifts further is unstable.
+  If a model with a spring or gravity drifts further than this bound, it is unstable.
 
 The effort of a servo is computed from the few counts between goal and position. The error of a
 servo is therefore the rms position error, relative to the rms distance between goal and position,
 and `intervals` is 0.
 
-A force error of 100 % means that the model explains nothing. An error within a limit above 100 %
-therefore decides nothing. Breakaway ramps contain hardly more than the first moments of slip, in
-which friction falls from the breakaway to the Coulomb friction. An error above the limit then
-decides nothing.
+A model that explains nothing has a force error of 100 %. If the limit exceeds 100 %, an error
+within it therefore decides nothing. Breakaway ramps contain hardly more than the first moments of
+slip, in which friction falls from the breakaway to the Coulomb friction. In a log of ramps, an
+error above the limit therefore decides nothing.
 """
 
 from __future__ import annotations
