@@ -61,8 +61,8 @@ EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified
 class AutomaticDesign(ResultView):
     """Outcomes of the searched families (controllers of one structure), in the order of the search.
 
-    Only the last outcome may contain a design that meets the specification. `findings`: result of
-    the examination after all searches failed; None if a search succeeded.
+    A design that meets the specification can only be in the last outcome. `findings`: result of the
+    examination after all searches failed; None if a search succeeded.
     """
 
     outcomes: tuple[FamilyOutcome, ...]

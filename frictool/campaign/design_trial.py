@@ -56,10 +56,10 @@ class DesignTest:
     `plants`: for each plant, the values [SI] that differ from the nominal plant.
     `names`: names of the plants by index.
     `starts`: initial positions of the plants [rad | m], at different fractions of an encoder count.
-    `vertices`: number of vertices. `plants` contains the nominal plant, the vertices, the vertices
-    with the start moved by half an encoder count, and drawn plants. A breakaway with a range is at
-    its upper end in the first group of vertices, and at its lower end in the second group.
-    `by_default`: True if `default_scenario` created the scenario.
+    `vertices`: number n of vertices. `plants` contains, in this order, the nominal plant, the n
+    vertices, the same n vertices with the start moved by half an encoder count, and drawn plants. A
+    breakaway with a range is at its upper end in the first n vertices, and at its lower end in the
+    other n vertices. `by_default`: True if `default_scenario` created the scenario.
     """
 
     model: Model

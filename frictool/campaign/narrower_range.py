@@ -2,8 +2,9 @@
 
 If a range prevents a design, candidates fail only with plants on one side of the nominal value. The
 cut is the parameter value of the passing plant that is closest to the failing plants. The range
-between the cut and the other end is reported only if a candidate passes all tests with new plants
-from this range, and is verified. Otherwise the cut is moved towards the nominal value.
+between the cut and the range's other end is reported only if the candidate passes all tests with
+new plants from this narrower range, and is verified. Otherwise the cut is moved towards the nominal
+value.
 """
 
 from __future__ import annotations
@@ -93,10 +94,11 @@ def _parameters(model: Model) -> dict[str, VariedParameter]:
 def _cuts(
     test: DesignTest, one: Candidate, name: str, parameter: VariedParameter
 ) -> Iterator[_Cut]:
-    """Yield the cut of a candidate, if all its failing plants lie on one side of it.
+    """Yield the cut of a candidate if all its failing plants are on one side of the nominal value.
 
-    If no plant between the nominal value and the failing plants passed, the cut is halfway between
-    them.
+    If no plant between the nominal value and the nearest failing plant passed, the cut is halfway
+    between these two values.
+
     """
     passed = _passed(one)
     values = np.array([test.plants[plant].get(name, parameter.nominal) for plant in passed])
@@ -164,7 +166,7 @@ def _tried(cuts: Sequence[_Cut], parameter: VariedParameter) -> list[_Cut]:
 def _confirmed(
     test: DesignTest, name: str, parameter: VariedParameter, cut: _Cut
 ) -> tuple[NarrowerRange | None, int]:
-    """Return the range up to a cut, or None if the candidate fails, and the number of plants."""
+    """Return the range up to a cut, or None if the candidate fails, and the number of runs."""
     ends = (parameter.low, cut.value) if cut.upper else (cut.value, parameter.high)
     if not ends[0] <= parameter.nominal <= ends[1]:
         return None, 0  # the value was rounded past the nominal value
@@ -186,9 +188,11 @@ def _confirmed(
 
 
 def narrowed(model: Model, name: str, ends: tuple[float, float]) -> Model:
-    """Narrow a parameter's range in the model, both over the product's life and today.
+    """Return the model with a narrower range of a parameter, over the product's life and today.
 
-    If the breakaway has a fixed ratio to the Coulomb friction, it keeps this ratio.
+    If `name` is the Coulomb friction and the breakaway has a fixed ratio to it, the breakaway keeps
+    this ratio.
+
     """
     bench, today = model.bench, model.parameters
     if name == "constant":
@@ -213,7 +217,7 @@ def _within(one: Range, ends: tuple[float, float]) -> Range:
 
 
 def _in_proportion(one: Estimate, before: Estimate, after: Estimate) -> Estimate:
-    """Scale the ends of an interval by the ratios `after` / `before` of another interval's ends."""
+    """Multiply each end of an interval by (same end of `after`)/(same end of `before`)."""
     low, high = (
         end * new / old if old > 0.0 else end
         for end, old, new in zip(one.interval, before.interval, after.interval, strict=True)

@@ -60,8 +60,8 @@ class NarrowerRange:
 class SearchFindings:
     """Findings on the candidates of a search that found no design.
 
-    - best: examined candidate with the smallest value of its largest violation on all plants; None
-      if no examined candidate can be simulated with all plants
+    - best: of the examined candidates, the one whose largest violation on all plants is smallest;
+      None if no examined candidate can be simulated with all plants
     - accepted: True if the best candidate passes every test and is verified
     - places: key of each requirement that the best candidate misses in the whole test -> step and
       plant of the worst value

@@ -97,8 +97,9 @@ class ShorterSteps(ResultView):
 def play_shorter_steps(test: DesignTest, controller: Controller) -> ShorterSteps | None:
     """Simulate steps shorter than a test's steps, with the nominal plant and extreme vertices.
 
-    Return None if the test has no shorter steps: its scenario is provided by the user, or the
-    specification cannot apply to shorter steps, or has no requirement on them.
+    Return None in three cases: the user provided the scenario of the test; the specification
+    applies to no shorter step (`shortest_step`); or it has no requirement that a shorter step can
+    decide.
     """
     model, spec = test.model, test.spec
     judged = structs.replace(spec, **dict.fromkeys(UNJUDGED))
@@ -136,9 +137,10 @@ def play_shorter_steps(test: DesignTest, controller: Controller) -> ShorterSteps
 
 
 def shorter_lengths(test: DesignTest) -> list[float]:
-    """Return the lengths [rad | m] of a test's shorter steps, without the scenario's lengths.
+    """Return the lengths [rad | m] of a test's shorter steps, from `shortest_step` upwards.
 
-    The shortest length is `shortest_step`.
+    Lengths that the scenario of the test already has are left out.
+
     """
     low, high = shortest_step(test.model, test.spec), shortest_travel_step(test.model)
     if low * SAME >= high:
@@ -162,9 +164,11 @@ def with_tolerance(model: Model, spec: Spec, length: float) -> Spec:
 
 
 def _scenarios(test: DesignTest, length: float) -> list[Scenario]:
-    """Return scenarios with a step of `length` [rad | m] away from each end, back, and away again.
+    """Return two scenarios, each with a step of `length` [rad | m] from one end, back, and again.
 
-    If the axis does not move, metrics/reference_holds.py does not judge the first step.
+    The first step of a scenario is not judged if the axis does not move (reference_holds.py).
+    Therefore this step is repeated.
+
     """
     model = test.model
     durations = [step_duration(model, test.spec)] * 3

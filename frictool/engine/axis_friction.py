@@ -2,9 +2,9 @@
 
 This friction depends on the direction, speed, position and time at rest. The speed w >= 0 is
 measured in the direction of motion. A knee is a speed at which the viscous coefficient changes.
-The Stribeck layer is the range of low speeds in which friction falls with speed. An axis that
-slows down changes from one speed range to the next at a lower speed than an axis that speeds up.
-Otherwise an axis could change back and forth between two ranges without end.
+The Stribeck layer is the range of low speeds in which friction falls with speed. The limit between
+two speed ranges is lower for an axis that slows down than for an axis that speeds up. Otherwise an
+axis could change back and forth between two ranges without end.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
 
 @kernel
 def is_curved(state: Vector, p: Vector, direction: float) -> bool:
-    """Return True if the friction at this state depends on position, or nonlinearly on speed.
+    """Return True if the friction at a state depends on position, or nonlinearly on speed.
 
     p: parameters with `AxisLaws`. The backlash must be closed.
     """

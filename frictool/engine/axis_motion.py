@@ -1,6 +1,6 @@
 """Motion of one axis under a constant command, from event to event, in closed form if possible.
 
-    at rest    until the effort of the drive, an exponential of time, reaches the breakaway
+    at rest    until the effort of the drive (an exponential of time) reaches the breakaway
     slipping   until the speed falls to zero or the backlash closes; both times are exact to
                rounding (engine/slip_closed_form.py)
 
@@ -352,7 +352,7 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
     """Return the present drive [A | V], limited to `drive_range`.
 
-    The limit applies to the drive in `state` if the drive has a lag, else to `command`.
+    With a lag, the present drive is the drive in `state`; without a lag, it is `command`.
     """
     low, high = drive_range(p, state[ax.VELOCITY])
     return float(min(max(state[ax.DRIVE] if p[ax.LAG] > 0.0 else command, low), high))

@@ -58,9 +58,10 @@ class FrictionBody:
     """Mass [kg | kg m2] with friction, SI; forces in N for a linear axis, N m for a rotary one.
 
     slip_force: kernel (v, direction, law) -> force. law: parameters of this kernel. `breakaway`,
-    `coulomb`, `viscous` and `viscous_beyond` are pairs (backward, forward), >= 0; `stops` is (low,
-    high). tolerance: allowed error of the speed in an integration step, divided by the reference
-    speed that `layer_piece` of motion_pieces.py defines.
+    `coulomb`, `viscous` and `viscous_beyond` (viscous coefficient above the speed `knee`) are pairs
+    (backward, forward), >= 0. stops: positions (low, high) of the end stops. tolerance: allowed
+    error of the speed in an integration step, divided by the reference speed that `layer_piece` of
+    motion_pieces.py defines.
     """
 
     mass: float

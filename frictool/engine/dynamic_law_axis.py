@@ -12,9 +12,10 @@ supported.
 
 The parameters of the axis (plant/axis_friction_laws.py) are followed by DYNAMIC_SIZE values of the
 law, and then by the load. The values of the law are HEAD numbers (addresses of kernels, and sizes),
-the array `scales` of `dynamic_law_motion.run_dynamic`, the kind of drift of each parameter, and the
-arrays of friction/law_extension.py. The state (7,) of the axis is followed by the length of the
-next step [s] and z.
+the array `scales` of `dynamic_law_motion.run_dynamic`, one number per parameter that states with
+which factor the parameter drifts (FRICTION, SLOPE or 0), and the arrays of
+friction/law_extension.py. The state (7,) of the axis is followed by the length of the next step [s]
+and z.
 """
 
 from __future__ import annotations

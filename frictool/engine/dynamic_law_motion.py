@@ -310,8 +310,8 @@ def run_dynamic(
     """Simulate y = (x, v, q, z...), in place, from `start` [s] under successive drives.
 
     ends (s,), drives (s, 10): drive i acts up to ends[i] [s]. kernels: result of `law_kernels`.
-    laws: the arrays forward, backward and table of a PackedExtension, then a workspace for the
-    current parameters; without an extension the last array contains the parameters of the law.
+    laws: the three arrays forward, backward and table of a PackedExtension, then an array for the
+    law's current parameters. Without an extension, this fourth array must contain the parameters.
     moving: number of leading elements of z with a differential equation; the other elements are
     memory. scales: relative tolerance, reference speed [m/s], 0 (q has no error control), and a
     reference size for each element of z. times (n,): ascending, within the run. Fills samples (n,

@@ -2,15 +2,15 @@
 
     effort[k] --> axis --> position[k+1], velocity[k+1]
 
-Within a period, the effort is constant if the drive has no lag. With a lag, the effort moves from
-effort[k] to effort[k+1].
+If the drive has no lag, the effort is constant within a period. If the drive has a lag, the effort
+changes from effort[k] to effort[k+1] within the period.
 
 In most periods the axis slips in one direction under linear friction, without an event. The motion
-over such a period is linear in the state; its coefficients are computed once. A slip that does not
-stop under the lower of the period's two efforts does not stop under the real effort either. All
-other periods are simulated by engine/axis_motion.py. A load that depends on position
-(plant/position_load.py) is evaluated once per period, at its middle; the error is of second order
-in the period.
+over such a period is linear in the state; its coefficients are computed once. If a slip does not
+stop under the lower of effort[k] and effort[k+1] (counted in the direction of motion), it does not
+stop under the real effort either. All other periods are simulated by engine/axis_motion.py. A load
+that depends on position (plant/position_load.py) is evaluated once per period, at its middle; the
+error is of second order in the period.
 
 The correction corresponds to a stationary observer: before each period, `gains` times (measured -
 position) is added to position and velocity. With zero gains, the simulation is open loop. With the

@@ -131,7 +131,7 @@ def extended_arrival(
     towards: float,
     span: float,
 ) -> int:
-    """Update the state after an event of the given `kind` at t; return the final kind of the event.
+    """Update the state after an event of the given `kind` at t; return the resulting kind.
 
     `slip_events.arrive` describes parameters and result.
     """

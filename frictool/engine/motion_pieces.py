@@ -81,7 +81,7 @@ def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
 
 @kernel
 def gross(state: Vector, t: float, drive: Vector) -> float:
-    """Return the sum of the magnitudes of the effort's terms, the scale of its rounding errors."""
+    """Return the sum of the magnitudes of the effort's terms, for bounds of rounding errors."""
     distance: float = (
         abs(state[fb.POSITION]) + abs(drive[dr.TARGET]) + abs(drive[dr.TARGET_SPEED] * t)
     )

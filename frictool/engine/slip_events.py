@@ -56,9 +56,9 @@ def slip_event(
 ) -> tuple[float, int]:
     """Return time [s] and kind of the first event in an interval of slip, within `longest` [s].
 
-    An event occurs when the body stops, reaches an end stop, or reaches the speed at which the
-    viscous coefficient changes or the Stribeck layer ends. Without an event the result is (longest,
-    NO_EVENT).
+    An event occurs when the body stops, reaches an end stop, reaches the limit of the Stribeck
+    layer, or reaches the speed at which the viscous coefficient changes. Without an event the
+    result is (longest, NO_EVENT).
     """
     direction = state[fb.DIRECTION]
     here = state[fb.REGION]

@@ -74,8 +74,9 @@ Extension = ExtendedLaws | None
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
     """Return the allowed number of intervals of motion, which only an endless cycle exceeds.
 
-    The number grows with `events`, `span` and the fastest rate of the equations of motion. In a
-    Stribeck layer without upper speed limit, the number also grows with the rate of the law.
+    The number grows with `events`, `span` and the fastest rate of the equations of motion. If the
+    Stribeck layer has no upper speed limit, the number also grows with (Coulomb friction)/(mass
+    times `speed_scale`).
     """
     viscous = max(
         body[fb.VISCOUS], body[fb.VISCOUS + 1], body[fb.VISCOUS_BEYOND], body[fb.VISCOUS_BEYOND + 1]

@@ -93,7 +93,7 @@ def derive(document: Mechanism, assembled: AssembledMechanism) -> Derivation:
         ("Curves", tuple(curve for one in acting for curve in one.curves)),
         ("Free bodies", tuple(bodies)),
         ("Forces of rigid links eliminated", tuple(trees)),
-        ("Forces of rigid links eliminated, every play taken up", tuple(closed)),
+        ("Forces of rigid links eliminated, every backlash closed", tuple(closed)),
         (
             "Modes",
             (

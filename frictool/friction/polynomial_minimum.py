@@ -48,7 +48,7 @@ def _derivative(b: list[float]) -> list[float]:
 def sign_changes(b: list[float], low: float, high: float) -> list[float]:
     """Return the arguments in [low, high] at which a polynomial changes sign, in rising order.
 
-    The result may contain double zeros, at which the sign does not change.
+    The result may also contain double zeros, at which the polynomial is 0 without a change of sign.
     """
     while b and b[-1] == 0.0:
         b = b[:-1]

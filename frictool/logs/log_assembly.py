@@ -173,7 +173,7 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
         if bench is None:
             refuse_document(path, head_of(path))
             missing = (
-                "is a raw bench file; give --bench bench.yaml, which describes its columns, or "
+                "is a raw log file; give --bench bench.yaml, which describes its columns, or "
                 "convert it with `frictool ingest`"
             )
             raise LogError(path, missing)
@@ -197,7 +197,8 @@ def add_tables(
 ) -> None:
     """Add the streams of a raw file; raise LogError if a column does not fit bench.yaml.
 
-    The column of the reference may be missing, as in a test of drive ramps; this is a warning.
+    If only the column of the reference is missing, as in a test of drive ramps, the result is a
+    warning, not an error.
 
     stem: "" for the first file of the log; the file name without suffix for any other file.
     ahead_ns: time in ns by which the file's clock leads the log's clock.

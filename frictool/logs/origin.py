@@ -95,9 +95,11 @@ def origin_by_name(name: LogName, patterns: NamePatterns) -> LogOrigin:
 
 
 def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list[str]:
-    """Return a message for each pattern that extracts nothing from any name, or no valid date.
+    """Return a message for each pattern that is probably misspelt.
 
-    Such a pattern is probably misspelt.
+    Such a pattern matches no name or, if it is the pattern of the date, none of its matches is a
+    date.
+
     """
     messages = []
     for option, pattern in (("--unit", patterns.unit), ("--date", patterns.date)):

@@ -148,7 +148,7 @@ class DerivedTable:
 
 @runtime_checkable
 class DetectedLayout(Protocol):
-    """Table of a text file whose layout was detected; messages quote `description`."""
+    """Table of a text file whose layout was detected; `description` describes it in messages."""
 
     description: str
 

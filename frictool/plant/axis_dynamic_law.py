@@ -57,7 +57,10 @@ def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
 
 
 def _knees(laws: AxisLaws, viscous: float) -> tuple[tuple[float, float], ...]:
-    """Return pairs (knee speed, additional slope); raise ValueError if the directions differ."""
+    """Return pairs (knee speed, increase of the viscous coefficient) of both directions.
+
+    Raises ValueError if the increases of the two directions differ.
+    """
     knees = []
     slopes = (viscous, viscous if laws.backward is None else laws.backward.viscous)
     for regime in laws.regimes:

@@ -1,7 +1,7 @@
 """Shortest step response of an axis with a limited drive: a lower bound for every controller.
 
     lag e' = u - e,  |u| <= E         effort e, commanded effort u, effort E at the drive's limit
-    J v' = e - viscous v - F,  x' = v     motion towards the target; F = coulomb also helps to brake
+    J v' = e - viscous v - F,  x' = v     motion towards the target; F = coulomb also when braking
 
 The step starts at rest at x = 0 with e = 0. The response time is the time at which the axis passes
 `arrival`; the axis must be able to stop at `farthest` or before. The optimum is u = +E up to one

@@ -101,8 +101,8 @@ def vertices(model: Model) -> tuple[PlantPoint, ...]:
     """Return the vertices of the parameter box: at most 16 plants, named v01, v02, ...
 
     At a vertex, the inertia, the viscous friction, the Coulomb friction and the drive constant are
-    each at an end of their range. If a parameter has no range, vertices are equal; equal vertices
-    are returned once.
+    each at an end of their range. If a parameter has no range, some vertices are equal; equal
+    vertices are returned once.
     """
     return corner_points(ranges(model))
 
@@ -167,7 +167,7 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
 
     The breakaway has such a range if `breakaway_interval` returns one. Otherwise, a range of the
     ratio of breakaway to Coulomb friction is used (`breakaway_ratio`). This ratio is constant if
-    the model has presliding, or if it states no interval of the breakaway.
+    the model has presliding, or states no interval of the breakaway.
     """
     bench = model.bench
     nominal = nominal_levels(model)

@@ -206,8 +206,8 @@ def _at_stops(rig: Rig, position: Vector) -> list[str]:
         (travel.high, position.max() > travel.high - step),
     )
     return [
-        f"the axis comes within a count of the end stop at {end:g} {travel.unit}; make the test "
-        "smaller"
+        f"the axis comes within one encoder count of the end stop at {end:g} {travel.unit}; "
+        "choose a test with a smaller range of positions"
         for end, hit in near
         if hit
     ]

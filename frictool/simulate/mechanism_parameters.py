@@ -87,10 +87,11 @@ def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
 
 
 def _ordered(document: FrictionOf, made: FrictionOf, provided: set[str]) -> FrictionOf:
-    """Raise each friction parameter in `made` to its lower limit, which is another parameter.
+    """Return `made` with each friction parameter at or above its limit, which is another parameter.
 
     If `provided` contains the limit but not the parameter, the ratio of the parameter to the limit
     stays as in `document`.
+
     """
     parameters = dict(made.parameters)
     for name, other in _pairs(made):

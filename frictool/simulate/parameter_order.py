@@ -1,8 +1,8 @@
 """Ranges of parameters whose lower limit is another parameter: check, and draws.
 
 An example is the breakaway friction, which must be at least the Coulomb friction. The check passes
-if the highest breakaway friction is at least the highest Coulomb friction, or if a ratio of the two
-is drawn.
+if the highest breakaway friction is at least the highest Coulomb friction, or if the ratio of
+breakaway to Coulomb friction is constant or drawn.
 """
 
 from __future__ import annotations

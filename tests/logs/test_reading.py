@@ -63,7 +63,7 @@ def test_several_files_are_one_log(tmp_path: Path):
 
 def test_a_raw_file_needs_the_bench(tmp_path: Path):
     write_csv(tmp_path / "a.csv")
-    with pytest.raises(LogError, match="is a raw bench file; give --bench"):
+    with pytest.raises(LogError, match="is a raw log file; give --bench"):
         read_log(tmp_path / "a.csv")
 
 

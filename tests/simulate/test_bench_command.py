@@ -148,7 +148,7 @@ def test_a_test_of_another_period_is_refused(tests: Path, tmp_path: Path) -> Non
 def test_a_loop_that_runs_into_the_end_of_the_travel_is_told(tests: Path, tmp_path: Path) -> None:
     result = play(tests / "steps.mcap", tmp_path / "log.mcap", *GAINS, "--integral-gain", "150")
     assert result.code == 0
-    assert "within a count of the end stop at 0 rad" in result.stderr
+    assert "within one encoder count of the end stop at 0 rad" in result.stderr
 
 
 def test_a_load_acts_on_the_bench_too(tests: Path, tmp_path: Path) -> None:

@@ -57,8 +57,8 @@ def rest_line(verdict: PlayedVerdict) -> str:
     titles = " and ".join(requirement_title(one.metric.name) for one in judged)
     many = f"{len(verdict.plants)} plant{'s' if len(verdict.plants) > 1 else ''}"
     if all(one.met for one in judged):
-        return f"friction compensation: no limit cycle on the {many} played ({titles}: met)"
-    return f"friction compensation: {titles} not met on at least one of the {many} played"
+        return f"friction compensation: no limit cycle on the {many} simulated ({titles}: met)"
+    return f"friction compensation: {titles} not met on at least one of the {many} simulated"
 
 
 def all_met(verdict: PlayedVerdict) -> bool:

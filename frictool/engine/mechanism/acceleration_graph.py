@@ -192,8 +192,8 @@ def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple
     """Return (True, zero of Lambda that x reaches from `start`), or (False, x) if x diverges.
 
     Lambda(x) is the force that the tree needs for the root's acceleration x. x moves in the
-    direction of -Lambda(x), as with slightly compliant, damped links, to a zero at which Lambda
-    rises.
+    direction of -Lambda(x) to a zero at which Lambda rises, as it would if the links were slightly
+    compliant and damped.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

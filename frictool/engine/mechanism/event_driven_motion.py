@@ -204,7 +204,7 @@ def held_command(
     tolerance: float,
     events: EventRows,
 ) -> int:
-    """Advance the state by `duration` [s] with the arguments of `advance`."""
+    """Advance the state as `advance` does; `advance` calls this kernel by its address."""
     k, y = machine.whole, state.y
     n = k[ly.BLOCKS]
     total = duration

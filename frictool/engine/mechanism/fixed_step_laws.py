@@ -1,12 +1,12 @@
 """Laws with a fixed time step T_e: hybrid A, B, C (thesis 3.28-3.39), and laws with a rest band.
 
 Thesis (2.32) and (2.35) define the laws with a rest band, which treat low velocities as rest. The
-input of each law is the effort u on its block: the sum of the efforts of all other elements on the
-tree that moves with the block, reflected to the block by the joints. The mode is updated at the
-beginning of each step T_e and constant within the step; the motion within the step is integrated as
-usual. If one tree has several laws with a fixed step, the friction of each law is subtracted from u
-of the following laws. While the friction of a static law keeps a tree at rest, the laws with a
-fixed step in this tree are inactive.
+input of each law is an effort u on its block. u is the sum of the efforts of all other elements on
+the blocks that move with this block, reflected to this block by the joints. The mode is updated at
+the beginning of each step T_e and constant within the step; the motion within the step is
+integrated as usual. Let several laws with a fixed step act on one tree of joints. The friction of
+each law is then subtracted from the u of the laws that follow it. While the friction of a static
+law keeps a tree at rest, the laws with a fixed step in this tree are inactive.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Speeds after impacts of the flanks of a backlash, and after end-stop impacts.
+"""Speeds after impacts of backlash flanks, and after impacts on end stops.
 
-An impact occurs between two groups of rigidly joined blocks, or between a group and the frame, by
-Newton's law with the restitution of the contact. In a row of touching groups, the impact passes
-from contact to contact, as in Newton's cradle, until no two groups approach. The contact with the
-largest approach speed is resolved first. Friction forces are finite and have no impulse; an impact
-can therefore set blocks at rest in motion.
+An impact occurs between two groups of rigidly joined blocks, or between a group and the frame. It
+follows Newton's law of impact with the restitution of the contact. In a row of touching groups, the
+impact passes from contact to contact, as in Newton's cradle, until no two groups approach. The
+contact with the largest approach speed is resolved first. Friction forces are finite and have no
+impulse; an impact can therefore set blocks at rest in motion.
 
 Losses of joints are proportional to the transmitted force and therefore take a fraction of the
 impulse (lossy_impulses.py). Even if the losses change during the impact, the flanks return at most

@@ -3,8 +3,9 @@
     g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
 
 The module also contains the inverse of g, and the ranges of both forces at rest. The joint has the
-parameters ratio, drive_loss, back_loss, thread and thesis_screw. s is the direction of motion of
-end a. The kink is the force lambda at which the slope of g changes.
+parameters ratio, drive_loss, back_loss, thread and thesis_screw. The kink is the force lambda at
+which the slope of g changes. c has the sign of s (lambda - kink), where s is the direction of
+motion of end a.
 
 - Link with an efficiency (thesis 2.3, 2.20): the kink is 0. abs(c) is drive_loss if end a drives,
   and back_loss if end b drives.
@@ -89,7 +90,7 @@ def range_at_driver(
 ) -> tuple[float, float]:
     """Return the lowest and highest force at end a for which a joint at rest stays at rest.
 
-    low, high: range of the force at end b. At an end stop, one end of this range is infinite. An
+    low, high: range of the force at end b. At an end stop, one limit of this range is infinite. An
     infinite force is transmitted without loss, so that a stop does not wedge a self-locking link.
     """
     least = math.inf

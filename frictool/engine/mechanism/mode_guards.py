@@ -153,10 +153,10 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
 
 @bare_kernel
 def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) -> float:
-    """Return the first time [s] before `shortest` at which a guard may pass its limit.
+    """Return the time [s] of a guard's minimum if the guard may be below its limit there.
 
     The guard has the values g0, g1 and the rates r0, r1 at 0 and h, and is not passed at 0 and h.
-    The result is `shortest` if the guard is not passed before `shortest`.
+    The result is `shortest` if the minimum is above the limit, or is not before `shortest`.
     """
     if r0 >= 0.0 or r1 <= 0.0:
         return shortest

@@ -66,7 +66,7 @@ def let_flow(k: IntVector, p: Vector, inputs: Vector, t: float, drive: Vector) -
 
 @bare_kernel
 def longest_step(k: IntVector, p: Vector, inputs: Vector) -> float:
-    """Return the longest step [s] in which polynomials approximate the drives well."""
+    """Return the longest step [s]: half the shortest lag of the drives that still change."""
     u = k[ly.SOURCES]
     longest = math.inf
     for s in range(u):

@@ -106,8 +106,8 @@ class MechanismState(NamedTuple):
 
     The module docstring describes y, drive, modes and work. pace (4 + couplings,): next step
     length [s], time since the start of the run [s], time since the last command [s], step of the
-    fixed-step laws [s]; for each coupling, the sum of all changes of the spring effort
-    [N | N m]. Only implicit steps compute these sums.
+    fixed-step laws [s]; for each coupling, the sum of the absolute changes of the spring effort [N
+    | N m]. Only implicit steps compute these sums.
     """
 
     y: Vector

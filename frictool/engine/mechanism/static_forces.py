@@ -102,8 +102,8 @@ def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, fl
 def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
     """Return the side on which the joint of a block at rest is loaded.
 
-    The result is 1 for forces above the kink of the joint's loss, and -1 for forces below. It is 0
-    if friction beyond the joint can carry the load: then both sides are possible.
+    The result is 1 for forces above the kink of the joint's loss, and -1 for forces below. If
+    friction beyond the joint can carry the load, both sides are possible and the result is 0.
     """
     low, high, slack = force_at_rest(k, p, i, w)
     row = ly.joint_row(k, ly.joint_of(k, i))
@@ -125,7 +125,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @bare_kernel
 def unload(tree: JointTree) -> bool:
-    """Clear the stored side (branch) of each self-locking joint whose load is no longer on it.
+    """Clear the branch (side of the kink) of each self-locking joint whose load has left this side.
 
     The tree must be at rest. Returns True if the tree has self-locking joints.
     """

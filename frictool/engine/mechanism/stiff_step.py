@@ -45,7 +45,7 @@ LOOKS = 4  # parts of a step at whose ends guards of forces are checked
 
 @bare_kernel
 def _nudge(k: IntVector, p: Vector, y: Vector, modes: IntVector, j: int) -> float:
-    """Return the increment of state j for the Jacobian, which keeps the direction of slip."""
+    """Return the increment of state j for the Jacobian; it does not reverse a slip."""
     n = k[ly.BLOCKS]
     if j >= 2 * n:
         size = ly.inner_size(k, p, j - 2 * n)
@@ -311,7 +311,7 @@ def rosenbrock_step(
     tolerance: float,
     watching: int,
 ) -> float:
-    """Try an implicit step, with the arguments and results of `integration_step.try_step`.
+    """Try an implicit step, with the arguments of `integration_step.try_step`.
 
     Returns error/tolerance, inf if a law or the mechanism fails. The row SPENT contains the work of
     the step. If the step is accepted, the rows from PATH on contain the dense output. The first

@@ -170,7 +170,7 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
 
 
 def _inside(path: Path, member: zipfile.ZipInfo) -> ByteStream:
-    """Open a member; if this fails, return an empty stream whose `damage` states the reason."""
+    """Open an array in the archive; on failure, return an empty stream that states the reason."""
     try:
         with zipfile.ZipFile(path) as archive:
             return ArchiveBytes(archive.open(member), member.file_size)

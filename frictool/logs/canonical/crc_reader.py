@@ -9,7 +9,7 @@ PIECE = 1 << 19  # bytes of the buffer
 
 
 class CountedBytes:
-    """Buffered reader of a file of `size` bytes that computes a CRC of the bytes `take` returned.
+    """Buffered reader of a file of `size` bytes, with a CRC of the bytes that `take` returns.
 
     offset: position in the file of the next byte.
 

@@ -25,8 +25,8 @@ class McapDeclarations:
     schemas: schema number in the file -> schema.
     channels: channel number in the file -> channel.
     metadata: record name -> key -> text.
-    counts: channel number -> number of its messages that the file's statistics state; None until
-        the statistics are read.
+    counts: channel number -> number of messages of the channel according to the file's statistics;
+        None until the statistics are read.
     """
 
     schemas: dict[int, Schema] = field(default_factory=dict)

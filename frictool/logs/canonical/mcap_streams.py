@@ -77,7 +77,7 @@ class ChannelSamples(NamedTuple):
 
 
 def axis_fields(channel: Channel, schema: Schema | None) -> tuple[str, ...] | None:
-    """Return the field names of a channel; None if it belongs to no canonical log."""
+    """Return the field names of a channel; None for a channel that no canonical log can contain."""
     text = schema.data.decode() if schema is not None and schema.encoding == SCHEMA_ENCODING else ""
     fields = schema_fields(text)
     return (

@@ -86,7 +86,10 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
 
 
 def _check_drive(log: Log, stream: Stream, bench: Bench) -> str | None:
-    """Return a warning above SUSPECT times the drive's limit; raise LogError above IMPOSSIBLE."""
+    """Return a warning if a drive signal exceeds SUSPECT times its limit; None if none does.
+
+    Raises LogError if a drive signal exceeds IMPOSSIBLE times the drive's limit.
+    """
     notes = log.metadata.get(COLUMNS, {})
     paths = {name: _path_before(log, message_path(stream.topic, name)) for name in stream.signals}
     columns = {

@@ -1,14 +1,16 @@
 """Conversion of an encoder's counter to unbounded counts, block after block.
 
     n        value of the counter, modulo 2^b if it has b bits, signed or unsigned
-    wrap     d[k] = n[k] - n[k-1],  d <- d - 2^b round(d / 2^b): the true step is assumed to be less
-             than half the range
+    wrap     d[k] = n[k] - n[k-1],  d <- d - 2^b round(d / 2^b): from sample to sample, the position
+             is assumed to change by less than half the range of the counter
+
     index    a pulse sets the counter to a fixed value once per revolution: counts = n + start. At
              each pulse, `start` changes by a whole number of revolutions. This restores the counts
              lost since the previous pulse.
 
-If a step is too long for the top speed after this correction, the counter has skipped counts. The
-sign of the skipped counts is unknown. Therefore the step is left as it is and counted as a jump.
+If the step d still exceeds the distance that the axis covers at top speed, the counter has skipped
+counts. The sign of the skipped counts is unknown. Therefore the step is left as it is and counted
+as a jump.
 """
 
 from __future__ import annotations

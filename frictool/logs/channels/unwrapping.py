@@ -1,7 +1,8 @@
 """Unwrapping of positions and references that a sensor shows modulo a period, block by block.
 
-A wrap is a jump of the shown value y by the period P while the position x changes by less. Steps of
-x that differ by a multiple of P give the same step of y; the shortest of these steps is assumed:
+At a wrap, the shown value y jumps by about the period P, although the position x changes by less
+than P/2. Steps of x that differ by a multiple of P give the same step of y; the shortest of these
+steps is assumed:
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 

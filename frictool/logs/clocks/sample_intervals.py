@@ -1,7 +1,8 @@
 """Time base of a stream that is read block by block, without keeping its times.
 
-The intervals are counted in classes that are 0.1 % wide. The period is the mean of the class that
-contains the median. If all intervals are equal, the period is exact.
+The intervals are counted in classes; the bounds of a class differ by 0.1 %. The period is the mean
+of the intervals in the class that contains the median. If all intervals are equal, the period is
+exact.
 """
 
 from __future__ import annotations

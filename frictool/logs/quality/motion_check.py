@@ -7,8 +7,9 @@ are not correlated, the ratio of y to x lies between two slopes (Frisch 1934):
     cov(x, y) / var x    regression of y on x; errors of x lower it
     var y / cov(x, y)    inverse of the regression of x on y; errors of y raise it
 
-The slopes are computed in PARTS parts of the log in which the axis moves equally far, with rests
-before and after the motion. Their medians are hardly affected by jumps of the position.
+The log is divided into PARTS parts in which the axis moves equally far. Each part also contains the
+REST points before and after it. Both slopes are computed in each part; their medians over the parts
+are hardly affected by jumps of the position.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the step that divides all distances between the values; None if there is none."""
+        """Return the step of which all distances between the values are multiples, or None."""
         return encoder_step(self._values) if self._values.size else None
 
 

@@ -79,7 +79,7 @@ def resting_time(rests: Sequence[tuple[int, int]]) -> int:
 def ramp_share(
     rests: Sequence[tuple[int, int]], ramps: NDArray[np.bool_], position: Vector
 ) -> float:
-    """Return the duration of the ramps, relative to all rests that end in motion.
+    """Return the duration of all ramps, divided by the duration of all rests that end in motion.
 
     `ramps`: result of `ramps_among`.
     """

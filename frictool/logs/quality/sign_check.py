@@ -2,8 +2,8 @@
 
 Friction dissipates energy. The work W = sum F dx of the effort F on the position x, between two
 times of standstill, goes into friction and is positive. If the sign of one sensor is reversed, W is
-negative. A spring or a weight returns its work when the axis moves back: it adds to W only the
-difference of its energy at the two standstills. Other signals show which sensor is reversed:
+negative. A spring or a weight returns its work when the axis moves back: its share of W is only the
+difference between its energies at the two standstills. Other signals show which sensor is reversed:
 
     correlation of velocity and differences of position    negative: velocity is reversed
     correlation of position and its reference              negative: position is reversed;
@@ -166,7 +166,10 @@ def net_work(position: Vector, effort: Vector) -> float | None:
 
 
 def _brakes(position: Vector, effort: Vector) -> bool:
-    """Return True if the mean effort along the strokes, weighted by length, is clearly negative."""
+    """Return True if the effort in the direction of motion is clearly negative.
+
+    The effort is the mean over all strokes, weighted by the lengths of the strokes.
+    """
     window = _window(position)
     speed = np.sign(position[window:] - position[:-window])
     moving = np.flatnonzero(speed)

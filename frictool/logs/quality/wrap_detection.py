@@ -118,7 +118,7 @@ class WrapSearch:
         return None
 
     def possible(self) -> Wrap | None:
-        """Return a repeated jump that may be a wrap or come from lost samples, or None."""
+        """Return a repeated jump that is either a wrap or an effect of lost samples; else None."""
         jump = self._jumps.result()
         return None if jump is None or self._is_sure(jump) else self._wrap(jump)
 
@@ -133,8 +133,8 @@ class WrapSearch:
     def _natural_period(self, jump: RepeatedJump) -> float | None:
         """Return the natural period, such as a turn, that fits a jump.
 
-        The result is None if no natural period fits, or if a shorter period, a round number, also
-        fits.
+        The result is None if no natural period fits. It is also None if a shorter period fits that
+        is a round number in the log's unit.
         """
         slack = NATURAL_SLACK * jump.high
         natural = next(

@@ -6,9 +6,10 @@ lengths at the same offsets (`MessageLayout.guards`) have the same layout, and t
 extracted together.
 
 In CDR, the first 4 bytes give the byte order. Offsets are counted from the end of these bytes. The
-offset of a number is a multiple of the number's size; in version 2, it is a multiple of 4 bytes for
-larger numbers. The length of a text, including the closing NUL, precedes the text. The length of a
-sequence precedes the sequence. A fixed array is stored without its length.
+offset of a number is a multiple of the number's size. Version 2 of CDR makes an exception: the
+offset of a number of 8 bytes is a multiple of 4 bytes. The length of a text, including the closing
+NUL, precedes the text. The length of a sequence precedes the sequence. A fixed array is stored
+without its length.
 
 In ROS 1, numbers are little-endian and not aligned, and texts have no closing NUL.
 """

@@ -24,7 +24,7 @@ def numbers(
 
     message: mapping, sequence or number.
     path: path of `message` itself.
-    labels: names of the elements of sequences with the same length.
+    labels: names of the elements, for each sequence that has as many elements as `labels`.
 
     The path of an element of a sequence contains the index of the element. An element with a label
     is yielded a second time, with the label in place of the index. Raises ValueError if a mapping

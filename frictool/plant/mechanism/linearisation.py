@@ -178,8 +178,8 @@ def _closed(
     taken = playing if closed is None else set(closed)
     if taken - playing:
         raise ValueError(
-            f"closed: found {', '.join(sorted(taken - playing))}, not a link with play; allowed: "
-            f"{', '.join(sorted(playing)) or 'no name, since no link has play'}"
+            f"closed: found {', '.join(sorted(taken - playing))}, no link with backlash; allowed: "
+            f"{', '.join(sorted(playing)) or 'no name, since no link has backlash'}"
         )
     return (
         [

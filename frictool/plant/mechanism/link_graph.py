@@ -130,7 +130,7 @@ def without_loops(
     notes = []
     for link in sorted(
         links, key=lambda link: link.gap > 0.0
-    ):  # links with play last: the error of a loop then names the link with play
+    ):  # links with backlash last: the error of a loop then names the link with backlash
         path = forest.path(link.a, link.b)
         if path is None:
             forest.add(link)
@@ -196,7 +196,7 @@ def _redundant(
     if playing is not None:
         raise ElementError(
             key,
-            f"closes the loop {loop}, in which {playing} has play but no compliance; give "
+            f"closes the loop {loop}, in which {playing} has backlash but no compliance; give "
             f"{playing} a compliance",
         )
     lossy = next(
@@ -238,8 +238,8 @@ def groups_of(
             group_names = ", ".join(names[block] for block in blocks)
             raise ElementError(
                 f"blocks.{names[root]}",
-                f"{group_names} has no inertia; add an inertia, or a rigid link without play to a "
-                "block with inertia",
+                f"{group_names} has no inertia; add an inertia, or a rigid link without backlash "
+                "to a block with inertia",
             )
         groups.append(RigidGroup(root, blocks, tuple(ratio[block] for block in blocks), total))
     return tuple(groups)

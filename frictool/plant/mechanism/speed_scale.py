@@ -86,7 +86,9 @@ def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> N
     """Raise ElementError if (speed of a block)/(speed of `root`) is outside the limits."""
     for block, ratio in ratios.items():
         if not SLOWEST <= abs(ratio) <= FASTEST:
-            finding = f"the link ratios give {abs(ratio):g} times the speed of {names[root]}"
+            finding = (
+                f"by the link ratios, its speed is {abs(ratio):g} times the speed of {names[root]}"
+            )
             raise ElementError(
                 f"blocks.{names[block]}", f"{finding}; allowed: {SLOWEST:g} to {FASTEST:g} times"
             )

@@ -105,7 +105,7 @@ def test_play_is_closed_or_open(tmp_path: Path) -> None:
     assert apart.roots == (0, 2)
     assert apart.mass == pytest.approx(np.diag([2e-5 + 0.25**2 * 3e-4, 0.5]))
     assert apart.modes()[0].frequency == pytest.approx(np.sqrt(2000.0 / 0.5))
-    with pytest.raises(ValueError, match="reducer, not a link with play; allowed: rack"):
+    with pytest.raises(ValueError, match="reducer, no link with backlash; allowed: rack"):
         linearise(train, closed=("reducer",))
 
 

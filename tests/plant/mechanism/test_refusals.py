@@ -251,7 +251,7 @@ def test_a_loop_with_a_solution(tmp_path: Path) -> None:
     )
     play = "backlash: {width: {value: 1, unit: mrad}}"
     assert "closes the loop" in (message := refusal(TRIANGLE.format(f"{exact}, {play}"), tmp_path))
-    assert "closing has play but no compliance" in message
+    assert "closing has backlash but no compliance" in message
     # play inside the ring: the loop is that link's own
     inside = TRIANGLE.replace(
         "ratio: 0.5}}", f"ratio: 0.5, {play.replace('{', '{{').replace('}', '}}')}}}}}"
@@ -387,7 +387,7 @@ def test_a_compliant_stop_of_one_side_tells_where_its_other_is(tmp_path: Path) -
 
 
 def test_speeds_that_lie_too_far_apart(tmp_path: Path) -> None:
-    assert "blocks.shaft: the link ratios give 1e+20 times the speed of motor" in refusal(
+    assert "blocks.shaft: by the link ratios, its speed is 1e+20 times the speed of" in refusal(
         TRAIN.replace("ratio: 0.25", "ratio: 1.0e+20"), tmp_path
     )
     soft = (
