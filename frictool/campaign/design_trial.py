@@ -59,7 +59,8 @@ class DesignTest:
     `vertices`: number n of vertices. `plants` contains, in this order, the nominal plant, the n
     vertices, the same n vertices with the start moved by half an encoder count, and drawn plants. A
     breakaway with a range is at its upper end in the first n vertices, and at its lower end in the
-    other n vertices. `by_default`: True if `default_scenario` created the scenario.
+    other n vertices.
+    `by_default`: True if `default_scenario` created the scenario.
     """
 
     model: Model
@@ -74,7 +75,7 @@ class DesignTest:
 
     @cached_property
     def extremes(self) -> tuple[int, ...]:
-        """Return the indices of the vertices nearest to EXTREMES; (0,) if there are no vertices."""
+        """Return the indices of the vertices that EXTREMES describes; (0,) without vertices."""
         if not self.vertices:
             return (0,)
         vertices = self.plants[1 : 1 + self.vertices]

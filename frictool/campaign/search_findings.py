@@ -65,7 +65,8 @@ class SearchFindings:
     - accepted: True if the best candidate passes every test and is verified
     - places: key of each requirement that the best candidate misses in the whole test -> step and
       plant of the worst value
-    - relaxations: requirements whose limit may be relaxed; one relaxation is enough
+    - relaxations: requirements with a relaxed limit; with any one of them, a candidate passes every
+      test
     - examined: candidates closest to the limits, with their results on all plants
     - narrower: range of one parameter with which a candidate passes every test, or None
     """

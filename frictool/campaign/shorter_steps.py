@@ -154,8 +154,8 @@ def shorter_lengths(test: DesignTest) -> list[float]:
 def with_tolerance(model: Model, spec: Spec, length: float) -> Spec:
     """Return the specification for a step of `length` [rad | m].
 
-    The axis may rest beyond the target, by at most `static_error`, or one encoder count if this is
-    larger. The allowed overshoot is therefore at least this distance.
+    The axis is allowed to rest beyond the target by `static_error`, or by one encoder count if this
+    is larger. The allowed overshoot is therefore at least this distance.
     """
     if spec.overshoot_percent is None:
         return spec

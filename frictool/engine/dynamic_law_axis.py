@@ -169,8 +169,9 @@ def _released(driven: DrivenContact, t: float, wall: float, outwards: float) -> 
 def _meet_stop(
     y: Vector, after: Vector, stages: Vector, rows: int, wall: float, place: float, at: Vector
 ) -> float:
-    """Move y to the end stop at `place`; return the fraction of the step before the impact.
+    """Set y to the state at the impact on the stop at `place`; return the fraction of the step.
 
+    The fraction is the time from the start of the step to the impact, divided by the step length.
     `after` is the state at the end of the step, beyond the stop. An axis that is already at the
     stop stays there for the whole step.
     """

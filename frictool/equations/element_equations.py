@@ -1,6 +1,6 @@
 """Equations of springs, cams, friction, end stops and sources (thesis 2.23 and section 2.3).
 
-link_equations.py has the equations of the other elements, the transmitting links.
+link_equations.py has the equations of the transmitting links.
 """
 
 from __future__ import annotations

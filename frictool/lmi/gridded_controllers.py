@@ -14,10 +14,10 @@ With V = -W^-1, E = [0; D12] and F = [D21'; 0]:
     B^' = -(F' V F + e I)^-1 (C2 + F' V L2)    minimises the left side of the inequality in B^,
                                                for every rate
 
-In the last two formulas, L1 has its value for C^ = 0, and L2 its value for B^ = 0. e > 0 is a small
-regularising weight, needed if D12 or D21 does not have full rank. The code uses the largest e for
-which both inequalities hold at every point. A smaller e does not improve the guaranteed gamma, and
-gives the controller faster poles.
+In the last two formulas, L1 is evaluated for C^ = 0, and L2 is evaluated for B^ = 0. e > 0 is a
+small regularising weight, needed if D12 or D21 does not have full rank. The code uses the largest e
+for which both inequalities hold at every point. A smaller e does not improve the guaranteed gamma,
+and gives the controller faster poles.
 """
 
 from __future__ import annotations

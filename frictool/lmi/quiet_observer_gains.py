@@ -83,7 +83,8 @@ def quiet_gains(
     - noise: amplitude n_i (m,) of the measurement noise in each mode
     - decay: largest factor on the error per sample
     - factor: allowed bound gamma of |weighted error|/|model error|, divided by the smallest gamma
-    - apart: for each mode, mask (n, m) of the gains that may differ from 0; states with equal rows
+    - apart: for each mode, mask (n, m) of the gains that are allowed to differ from 0; states with
+      equal rows
       of the mask must be consecutive
 
     Raises NoSolutionError if a mode is not detectable, or if no gains are proved for `factor` times

@@ -1,4 +1,4 @@
-"""Gains of a switched observer that bound the effect of the model error on its estimate.
+"""Gains of a switched observer that bound the effect of the model error on the estimate.
 
 Theorem 6.2.1 of the thesis gives the bound. The estimation error e at sample k, in mode i, follows
 
@@ -102,7 +102,7 @@ def switched_gains(
     """Return the observer gains for `modes` and the allowed `switches` (i, j).
 
     The bound gamma of |weighted error|/|model error| is at most MOST_ROOM times the smallest gamma
-    that was found. Mode i may last for several samples if the switch (i, i) is allowed. decay:
+    that was found. Mode i can last for several samples if the switch (i, i) is allowed. decay:
     largest factor lambda on the error per sample. Raises NoSolutionError if (A_i, C_i) of a mode is
     not detectable, or if the inequalities have no solution that passes the check. Raises ValueError
     for a decay outside (0, 1].

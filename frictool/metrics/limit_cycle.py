@@ -6,11 +6,13 @@ limit cycle. The first third of the hold is ignored, since it contains the respo
 turn is a change of direction after which the axis moves back by more than the larger of one sensor
 step and the peak-to-peak noise. A swing is the distance from a turn to the next.
 
-    sustained      at least two turns; the longer of the last two swings is at least 0.8 times as
-                   long as the longer of the first two swings; the time since the last turn is at
-                   most twice the longest time between two turns
-    at rest        no motion beyond the noise; or no motion in the last third of the hold, and
-                   this third is longer than twice the longest time between two turns
+    sustained      at least two turns (six turns in a hold of at most 15 s); the longer of the last
+                   two swings is at least 0.8 times as long as the longer of the first two swings;
+                   the time since the last turn is at most twice the longest time between two turns
+    at rest        in a hold of more than 15 s: no motion beyond the noise; or no motion in the last
+                   third of the hold, and this third is longer than twice the longest time between
+                   two turns
+    undecided      any other hold
 """
 
 from __future__ import annotations

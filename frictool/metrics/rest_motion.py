@@ -14,10 +14,11 @@ MOTION_TOLERANCE = 1e-6
 
 
 def late_samples(time: Vector, after: float) -> slice | None:
-    """Return the slice of the samples that are more than `after` [s] later than the first sample.
+    """Return the slice of the samples that are at least `after` [s] later than the first sample.
 
     `time`: times of the samples (n,) [s]. The result is None if the slice has fewer than ten
     samples.
+
     """
     if time[-1] < time[0] + after:
         return None

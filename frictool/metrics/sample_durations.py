@@ -11,7 +11,7 @@ from frictool.typing import Vector
 def sample_durations(time: Vector) -> Vector:
     """Return the time (n,) [s] from each sample of `time` (n,) [s] to the next.
 
-    The duration of the last sample is the median of the others. A single sample lasts 1 s.
+    The duration of the last sample is the median of the other durations. A single sample lasts 1 s.
     """
     if time.size < 2:
         return np.ones_like(time)

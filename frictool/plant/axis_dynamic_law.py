@@ -33,7 +33,8 @@ def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
     """Return the extension of a dynamic law that corresponds to the `AxisLaws` of an axis.
 
     viscous: coefficient in the lowest speed range [N m s/rad | N s/m]. Raises ValueError if `laws`
-    contain a property that no dynamic law supports; `FrictionExtension.pack` checks the others.
+    contain a property that no dynamic law supports; `FrictionExtension.pack` checks the other
+    properties.
     """
     names = {parameter.name for parameter in law.parameters}
     levels = {} if laws.backward is None else laws.backward._asdict()

@@ -103,7 +103,7 @@ def with_load(axis: Vector, load: Vector) -> Vector:
 
 @kernel
 def appended(axis: Vector, values: Vector) -> Vector:
-    """Return the parameters `axis`, with default `AxisLaws` if missing, and the load `values`."""
+    """Return the parameters `axis`, with default `AxisLaws` if missing, followed by `values`."""
     size = max(axis.shape[0], EXTENDED_SIZE)
     out = np.zeros(size + values.shape[0])
     for i in range(axis.shape[0]):
@@ -149,7 +149,7 @@ def opposing_effort(p: Vector, x: float) -> float:
 def load_size(p: Vector, x: float) -> float:
     """Return the sum of the magnitudes of the load's terms [N m | N] at the position x [rad | m].
 
-    p: parameters of an axis.
+    p: parameters of an axis with `AxisLaws`.
     """
     if not is_loaded(p):
         return 0.0

@@ -67,8 +67,9 @@ def folder_name(toolchain: str) -> str:
 def untrusted_reason(folder: Path, sources: Path) -> str:
     """Return why code from `folder` must not be loaded; "" if it can be trusted.
 
-    Only this user, root and the owner of `sources` may be able to write in the folder. The files
-    are machine code and pickles: whoever can write them can run code as the user who loads them.
+    The folder is trusted if only this user, root and the owner of `sources` can write in it. The
+    files are machine code and pickles: whoever can write them can run code as the user who loads
+    them.
     """
     if not hasattr(os, "geteuid"):
         return ""  # Windows, on which the user's folders belong to the user

@@ -20,7 +20,7 @@ ANALYSIS = (
 
 @dataclass(frozen=True)
 class ModuleSource:
-    """Facts about the source of a module from which its dependencies follow.
+    """Facts about a module's source, from which the module's dependencies follow.
 
     digest: digest of the syntax tree.
     imports: imports of the module.

@@ -23,7 +23,8 @@ CSV = ".csv"
 def read_test(path: Path, bench: Bench) -> Log:
     """Return the test signals in the file `path`, written by `frictool excite` or as CSV.
 
-    A CSV file has a column for the time and a column for the position reference.
+    A CSV file must have columns for the time and the position reference. Columns for the velocity
+    of the reference and for a feedforward effort are optional.
 
     Raises
     ------

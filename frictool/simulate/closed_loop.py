@@ -147,7 +147,7 @@ class SimulatedRun(NamedTuple, Generic[V]):
 
 
 class StepTest(Generic[V]):
-    """Closed loop of one plant and one controller that simulates several scenarios.
+    """Closed loop of one plant and one controller, with which several scenarios are simulated.
 
     `simulate_closed_loop` and SimulationRequest explain the arguments.
     """
@@ -237,7 +237,7 @@ class StepTest(Generic[V]):
             yield SimulatedRun(prepared, number, variant, run.record, plant)
 
     def stream(self, run: SimulatedRun[V]) -> Stream:
-        """Return the log stream of a simulated variant, but only the signals that metrics read."""
+        """Return the log stream of a simulated variant, with only the signals that metrics read."""
         loop, number = run.prepared.loop, run.number
         known = loop.scheduled[number] if loop.scheduled else {}
         values = self._signals(loop, run.record, known, with_speed=False)

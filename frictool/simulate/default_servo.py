@@ -4,11 +4,11 @@
     feedforward = inertia a + viscous v + coulomb sign(v) + offset
 
 P and D are gains; inertia, viscous, coulomb and offset are values of the bench; v and a are the
-velocity and the acceleration of the reference. A test may have a column FEEDFORWARD with another
-feedforward. The speed loop has the bandwidth 0.5/delay, where delay is the sum of the drive's time
-constant, the computational delay and one period. The position loop has 0.3 times the bandwidth of
-the speed loop. D is reduced, and P with D, such that a position change of one encoder count changes
-the drive by at most a quarter of the drive's limit.
+velocity and the acceleration of the reference. If a test has a column FEEDFORWARD, the feedforward
+in this column is used instead. The speed loop has the bandwidth 0.5/delay, where delay is the sum
+of the drive's time constant, the computational delay and one period. The position loop has 0.3
+times the bandwidth of the speed loop. D is reduced, and P with D, such that a position change of
+one encoder count changes the drive by at most a quarter of the drive's limit.
 """
 
 from __future__ import annotations

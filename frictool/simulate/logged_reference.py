@@ -1,7 +1,8 @@
 """Measured channel as a reference, resampled from the log's times to the controller's samples.
 
 Sample k is at the time from_s + k T after the log's first sample, where T is the controller's
-period. The last sample is at or before `to_s`; without `to_s`, it is at or before the log's end.
+period. The last replayed sample is at or before `to_s`; without `to_s`, it is at or before the
+log's end.
 
 held     reference, current and voltage: sample k is the latest logged value. A value that is logged
          up to T/2 after sample k is still used, so that jitter of the log's times neither doubles
@@ -30,6 +31,9 @@ GAP = 1.5  # shortest gap between logged samples, in periods of the log
 
 def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> Vector:
     """Return the reference (n,) [rad | m] at the controller's samples.
+
+    `replay.shift` is added to all values. After the replayed section, the last value is kept for
+    `replay.hold_s`.
 
     Raises LogError if the log lacks the channel, if the channel is not a position or not finite, or
     if the log ends before `replay.from_s` or `replay.to_s`.

@@ -157,7 +157,8 @@ class MechanismChannels:
 def held_blocks(variant: MechanismVariant) -> set[int]:
     """Return the indices of the blocks that friction can hold at rest.
 
-    The friction acts on the block itself or on a block that is rigidly linked to it.
+    The friction acts on the block itself or on a block that is rigidly linked to it. Losses of a
+    rigid link count as friction on its driving block.
     """
     packed = variant.assembled.packed
     dry = set(packed.frictions.block.tolist()) | set(packed.pressings.block.tolist())

@@ -87,10 +87,11 @@ def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
 
 
 def _ordered(document: FrictionOf, made: FrictionOf, provided: set[str]) -> FrictionOf:
-    """Return `made` with each friction parameter at or above its limit, which is another parameter.
+    """Return `made`, with friction parameters below their lower limits raised to these limits.
 
-    If `provided` contains the limit but not the parameter, the ratio of the parameter to the limit
-    stays as in `document`.
+    The lower limit of a parameter is another parameter. If `provided` contains the limit but not
+    the parameter, the ratio of the parameter to the limit stays as in `document`.
+
 
     """
     parameters = dict(made.parameters)

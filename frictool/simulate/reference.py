@@ -7,7 +7,8 @@ hold_s     r0
 
 Sample j of a step is counted from the step's start. A step of duration d has n = round(d/T)
 samples. r0 is the last reference of the previous step; in the first step, r0 is the scenario's
-`start`. A is the amplitude and f the frequency of the sine.
+`start`. A is the amplitude and f the frequency of the sine; its centre is r0 unless the step states
+another.
 """
 
 from __future__ import annotations

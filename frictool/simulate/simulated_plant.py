@@ -139,10 +139,10 @@ class SimulatedPlant(Protocol[V]):
         """
 
     def ranges(self) -> Mapping[str, VariedParameter]:
-        """Return the parameters that a scenario may set under `given`, by name."""
+        """Return the parameters that a scenario can set under `given`, by name."""
 
     def known(self, variant: V) -> Mapping[str, float]:
-        """Return the parameter values [SI] by which a controller may schedule gains, by name."""
+        """Return the parameter values [SI] by which a controller can schedule gains, by name."""
 
     def play(self, variants: Sequence[V], loop: SimulatedLoop) -> Iterator[tuple[V, VariantRun]]:
         """Simulate each variant; yield the variant and its result.

@@ -51,8 +51,8 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        UNDECIDED: a requirement is undecided in all trials, or some trials are undecided and none
-            fails.
+        UNDECIDED: `reached` is True, but no trial decides one of the requirements; or all trials
+            are undecided; or no rate is required, some trials are undecided, and none fails.
         NOT SHOWN: the trials do not show the required pass rate, but more draws may show it.
         """
         if self.reached:
@@ -78,8 +78,8 @@ class Findings:
     def acceptable(self, allow_undecided: bool) -> bool:
         """Return True if the campaign passes.
 
-        If `allow_undecided` is True, the campaign also passes if no trial fails and at least one
-        requirement is met.
+        If `allow_undecided` is True, the campaign also passes if the outcome is UNDECIDED and at
+        least one requirement is met in a trial.
         """
         return self.passed or (
             allow_undecided

@@ -45,7 +45,7 @@ class FailureComparison:
     """Comparison of failing with passing trials, factor by factor.
 
     `name`: requirement that decides between failing and passing; "" for all requirements together,
-        "not simulated" if trials that could not be simulated are compared with the others.
+        "not simulated" if trials that could not be simulated are compared with all other trials.
     `failing`, `passing`: numbers of trials.
     `regions` (d,): comparison for each factor; the p-values are corrected for all comparisons.
     """
@@ -156,8 +156,8 @@ class Sensitivity:
 
     `questions`: comparisons of failing with passing trials, in the order of `masks`.
     `influences` (m,): influence of the factors on each metric.
-    `pair`: pair of factors that explains the failures best; None if nothing fails or if there is
-        only one factor.
+    `pair`: pair of factors that explains the failures best; None if no trial fails, if no trial
+        passes, or if there is only one factor.
     """
 
     questions: tuple[FailureComparison, ...]

@@ -63,7 +63,8 @@ class SortedDraws:
     def sliced(self, factor: int, count: int, chosen: NDArray[np.bool_]) -> Slices:
         """Return `count` slices of a factor's range, for the draws in the mask `chosen` (n,).
 
-        If the factor has at most `count` different values, each value is a slice.
+        Each value is a slice if the factor has at most `count` values, which are whole numbers or
+        the ends of the range.
         """
         if self._few[factor]:
             where = (

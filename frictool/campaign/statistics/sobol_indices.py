@@ -13,8 +13,8 @@ the efficient estimator, which has the influence function 2 Y m - m^2 - S_i Y^2 
 and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric Statistics 25, 2013). The second term
 is sqrt(2 (k - 1))/n, the error for a factor without influence.
 
-The test of influence uses ranks, so that values may be infinite (a step that never settles has the
-worst rank). Like Lepage's test for two samples (Biometrika 58, 1971), the test combines two
+The test of influence uses ranks. Infinite values are therefore allowed: a step that never settles
+has the worst rank. Like Lepage's test for two samples (Biometrika 58, 1971), the test combines two
 differences between the slices: in the mean rank (Kruskal and Wallis, JASA 47, 1952), and in the
 spread of the ranks about the middle rank. The spread also reveals a factor that has no first-order
 share because it acts only jointly with other factors.

@@ -35,6 +35,7 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     - plants outside the intervals for which the controller was verified,
     - a controller with blocks that were changed after its verification,
     - a model whose parameters were not identified,
+    - a model with a presliding law,
     - a scenario with a temperature,
     - documents with example values.
     """

@@ -112,7 +112,7 @@ class PlayedVerdict(ResultView):
 
     @property
     def passed(self) -> bool:
-        """Return True if every plant was simulated and no value violates its limit."""
+        """Return True if every plant was simulated, no limit is violated, and one is met."""
         return not self.failed and not np.any(self.met == 0) and bool(np.any(self.met == MET))
 
     def _worst(self, index: int) -> PlayedRequirement:

@@ -128,7 +128,7 @@ def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]
 def _jammed(tree: JointTree) -> int:
     """Return the index in ORDER of the first block of the jammed part (effective inertia <= 0).
 
-    Contacts that would pull are open. The effective inertia includes losses.
+    Contacts that would pull are treated as open. The effective inertia includes losses.
     """
     k, _, modes, members, _, w = tree
     n = k[ly.BLOCKS]

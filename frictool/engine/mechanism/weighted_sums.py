@@ -100,7 +100,7 @@ def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
 
 @bare_kernel
 def path_of(h: float, slopes: Vector, path: Vector) -> None:
-    """Write the coefficients of a step's dense output (II.6) to `path` (BUMPS, n).
+    """Write the coefficients of a step's dense output (Hairer, II.6) to `path` (BUMPS, n).
 
     slopes: one row per stage, including the three stages that only the dense output needs.
     """

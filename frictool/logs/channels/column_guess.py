@@ -1,9 +1,9 @@
 """Guess of the columns, units, sample period and encoder step for a new bench.yaml from a log.
 
 If the unit and the name of a column contradict each other, the unit decides. An exception is a
-column with a clear name, which then fits no channel. A column that fits no channel is not used.
-Missing units, and the choice among several columns that fit, become questions to the user
-(column_choice.py).
+column with a clear name: such a column fits no channel if its unit contradicts its name. A column
+that fits no channel is not used. Missing units, and the choice among several columns that fit,
+become questions to the user (column_choice.py).
 """
 
 from __future__ import annotations

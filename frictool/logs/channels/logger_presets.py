@@ -26,7 +26,7 @@ class PresetColumn(NamedTuple):
     pattern: regular expression for the whole name of a column; case is ignored.
     channel: channel of these columns; NO_CHANNEL if the columns are not used.
     unit: unit of the values; OPEN if the user has to state it.
-    why: reason why the user may have to state the unit; "" if the unit is always known.
+    why: reason why the user has to state the unit if it is OPEN; "" if the unit is always known.
     whole: True if the unit is right only for whole numbers.
     most: largest absolute value for which the unit is right.
     """

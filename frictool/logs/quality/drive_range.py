@@ -1,4 +1,4 @@
-"""Comparison of a drive signal with the drive's limit, which shows a mistaken unit such as mA."""
+"""Comparison of a drive signal with the drive's limit, to detect a mistaken unit such as mA."""
 
 from __future__ import annotations
 

@@ -87,7 +87,9 @@ class FlatTopDetector:
 class _ExtremeCounts:
     """Counts at one extreme of a signal.
 
-    samples, neighbouring: samples in the outermost class of values and in the neighbouring class.
+    samples: number of samples in the outermost class of values.
+    neighbouring: number of samples in the class next to it.
+
     longest: length of the longest sequence of samples in the outermost class.
     """
 

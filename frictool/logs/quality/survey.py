@@ -1,7 +1,7 @@
 """Survey of the signals of a log and their sensors, stream by stream, in bounded memory.
 
     pass 1   times, range, distinct values (quantisation), zero-order hold, first samples
-    pass 2   flat tops, samples at a limit, velocities and jumps, which need range and quantisation
+    pass 2   flat tops, samples at a limit, velocities and jumps, from the results of pass 1
 
 The first samples stay in memory. They show the kind of test, and the signs of effort and motion.
 """
@@ -67,7 +67,7 @@ class StreamSurvey:
     base: sample rate, jitter and gaps.
     signals: name of each signal -> survey of the signal.
     opening: first samples of the stream.
-    velocity: lowest and highest velocity of the position in rad/s or m/s.
+    velocity: lowest and highest velocity, computed from the position, in rad/s or m/s.
     window: number of samples between two positions from which a velocity is computed.
     jumps: jumps of the position.
     """

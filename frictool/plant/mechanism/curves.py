@@ -1,6 +1,6 @@
 """Curves of a mechanism.yaml: piecewise cubics through the points, constant outside their range.
 
-Between two points a curve stays within the range of the two values (Fritsch and Butland, SIAM J.
+Between two points a curve stays between the values at these points (Fritsch and Butland, SIAM J.
 Sci. Stat. Comput. 5, 1984): the slope at a point is a weighted harmonic mean of the adjacent
 secants. At the first and last point the slope follows from the three-point formula, limited to 0 to
 3 times the adjacent secant.
@@ -109,8 +109,8 @@ def fitted(
     """Return a piecewise cubic that approximates a function that is smooth between `breaks`.
 
     Pieces are halved, at most MOST_HALVINGS times, until their error is below PRODUCT_ERROR times
-    the largest value. The slope may jump at a break, because `slope` is evaluated just inside each
-    piece.
+    the largest value. The slope is allowed to jump at a break, because `slope` is evaluated just
+    inside each piece.
     """
     pieces: list[tuple[float, float, Vector]] = []
     largest = float(np.max(np.abs(value(np.linspace(breaks[0], breaks[-1], 1001))))) or 1.0

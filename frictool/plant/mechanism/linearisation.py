@@ -98,7 +98,8 @@ class LinearMechanism:
     def modes(self) -> tuple[VibrationMode, ...]:
         """Return the vibration modes, slowest first.
 
-        Each mode is a pair of complex eigenvalues. Rigid-body motions are left out.
+        Each mode is a pair of complex eigenvalues. Rigid-body motions and overdamped motions are
+        left out.
         """
         count = len(self.mass)
         scale = np.sqrt(np.abs(np.diag(self.mass)))  # balances the states for the eigenvalues
