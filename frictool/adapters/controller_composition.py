@@ -1,4 +1,4 @@
-"""Conversion of a controller document to the program that runs on the target.
+"""Conversion of a controller document to the program that runs on the target hardware.
 
     speed_cascade   reference ─▶ prefilter ─▶ e = filtered - y ─▶ position law, band ─▶ omega_c
                     ─▶ eta = integral(omega_c) - y ─▶ linear controller ─▶ drive stages

@@ -15,8 +15,9 @@ from frictool.plant.time_optimal import DrivenAxis, step_zone, time_optimal_resp
 class ShortestStepTimes(NamedTuple):
     """Lower bounds [s] of the time to 95 % of a step, for every controller with the same drive.
 
-    `length`: length of the step [rad | m]. `best`, `worst`: bounds for the fastest and for the
-    slowest plant; infinite if the drive cannot overcome the friction.
+    - length: length of the step [rad | m]
+    - best, worst: bounds for the fastest and for the slowest plant; infinite if the drive cannot
+      overcome the friction
     """
 
     length: float

@@ -57,7 +57,9 @@ def save_plot(sequence: ExcitationSequence, plot: Path, bench: Path) -> None:
 def save_test(sequence: ExcitationSequence, output: Path, words: str, inputs: list[Path]) -> None:
     """Write test signals as CSV or MCAP, according to the ending of `output`.
 
-    A test longer than LONGEST is announced first. `words`: text of the command, for the provenance.
+    A test longer than LONGEST is announced first.
+
+    - words: text of the command, for the provenance
     """
     from frictool.documents.provenance import provenance_of_command
     from frictool.identify.excite.excitation_sequence import LONGEST

@@ -72,9 +72,10 @@ def check_folder(target: Path, otherwise: str = "") -> None:
 def check_ending(target: Path, writes: Sequence[str], chooses: bool, what: str = "") -> None:
     """Raise click.UsageError if the ending of `target` stands for a format that is not in `writes`.
 
-    `writes`: names of formats in FORMATS. `chooses`: True if the ending selects the format, so that
-    an ending is required. Stdout, devices and pipes are allowed without ending. `what`: text that
-    names the output in the message.
+    - writes: names of formats in FORMATS
+    - chooses: True if the ending selects the format, so that an ending is required. Stdout, devices
+      and pipes are allowed without ending
+    - what: text that names the output in the message
     """
     if target == Path("-") or (target.exists() and not target.is_file()):
         return

@@ -60,7 +60,8 @@ class ServoGains(NamedTuple):
     def on_drive(self, constant: float, limit: float) -> PositionServo:
         """Return the position loop; its output is an effort [N m | N].
 
-        constant: effort per unit of the drive [A | V]. limit: limit of the drive [A | V].
+        - constant: effort per unit of the drive [A | V]
+        - limit: limit of the drive [A | V]
         """
         from frictool.engine.bench_position_loop import PositionServo
 

@@ -15,8 +15,10 @@ def compare_in_loop(
 ) -> LoopComparison:
     """Simulate the mechanism and the model under the controller; compare the logs.
 
-    play: width of the backlash [rad | m]. tolerance: allowed difference of the positions, relative
-    to the step of the reference, and of the response times, relative to the mechanism's.
+    - play: width of the backlash [rad | m]
+    - tolerance: allowed difference of the positions, relative to the step of the reference, and of
+      the response times, relative to the mechanism's
+
     Raises InputFileError if the documents do not fit together, and NoSolutionError if the mechanism
     or the model cannot be simulated.
     """

@@ -53,7 +53,9 @@ def whole_root(value: int) -> int:
 def from_real(form: IntVector, value: float) -> int:
     """Return the fixed-point word nearest to a value, saturated; INVALID for NaN or infinity.
 
-    Ties round to even. form: row of `CompiledProgram.formats` that belongs to the value.
+    Ties round to even.
+
+    - form: row of `CompiledProgram.formats` that belongs to the value
     """
     if not math.isfinite(value):
         return INVALID

@@ -5,10 +5,10 @@
                      invalid samples in a row
     later            fault: the drive is 0 until the controller restarts at a valid position
 
-The state `holds_left` is the number of invalid samples that may still follow; it is -1 in the fault
-state. A valid sample before the fault resets `holds_left` to `hold_samples`. In fixed point, one
-word stands for every value that is not finite (`INVALID` of control/fixed_point_kernel.py). A start
-at an invalid position sets the fault immediately.
+The state `holds_left` is the number of further invalid samples that do not yet set the fault; it is
+-1 in the fault state. A valid sample before the fault resets `holds_left` to `hold_samples`. In
+fixed point, one word stands for every value that is not finite (`INVALID` of
+control/fixed_point_kernel.py). A start at an invalid position sets the fault immediately.
 """
 
 from __future__ import annotations

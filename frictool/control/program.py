@@ -85,7 +85,7 @@ class ProgramNode:
 class GuardNodes(NamedTuple):
     """Nodes of the measurement guard (control/measurement_guard.py).
 
-    - left: the state `holds_left`, the number of invalid samples that may still follow
+    - left: the state `holds_left`, the number of further invalid samples before the fault
     - left_now: next value of this state
     - hold: the constant `hold_samples`
     - used: the inputs by name, after the guard has replaced invalid inputs

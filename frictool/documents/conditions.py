@@ -70,7 +70,8 @@ class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 def check_course(kind: str, lasts: bool, swings: bool) -> None:
     """Raise ValueError if duration_s or frequency_hz does not fit this kind of signal.
 
-    `lasts`: True if duration_s is present. `swings`: True if frequency_hz is present.
+    - lasts: True if duration_s is present
+    - swings: True if frequency_hz is present
     """
     if kind == "step" and lasts:
         raise ValueError(

@@ -1,4 +1,4 @@
-"""`controller.yaml`: coefficients that run on the target, and verified properties of the loop."""
+"""`controller.yaml`: coefficients for the target hardware, and verified properties of the loop."""
 
 from __future__ import annotations
 
@@ -71,9 +71,9 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     - `anti_windup`: Gains l in x[k+1] = a x + b eta + l (limited drive - drive).
     - `input`: Input of the linear controller. With `speed_error`, it is the speed reference minus
       the speed instead of eta (a PI controller of the speed).
-    - `form`: Form of the difference equation that runs on the target: the matrices `discrete` with
-      `anti_windup`, or the second-order sections `sos` with `sos_anti_windup`. Sections run in
-      transposed direct form II.
+    - `form`: Form of the difference equation that runs on the target hardware: the matrices
+      `discrete` with `anti_windup`, or the second-order sections `sos` with `sos_anti_windup`.
+      Sections run in transposed direct form II.
     - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of `sos`.
     - `conditional`: True for conditional integration. An integrator state then keeps its value in
       two cases: the drive is limited and the integrator would increase the excess, or the position
@@ -127,7 +127,8 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `action`: `cut` switches the drive off inside the rest band. `brake` switches the drive off
       inside the rest band only when the measured speed is below `rest_speed`. `none` never switches
       the drive off.
-    - `settled_speed`: Speed of the prefilter below which `cut` and `brake` may act [rad/s | m/s].
+    - `settled_speed`: `cut` and `brake` act only if the speed of the prefilter is below this value
+      [rad/s | m/s].
     - `rest_speed`: Measured speed below which `brake` switches the drive off [rad/s | m/s].
     """
 
@@ -189,8 +190,8 @@ class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     - `virtual_coulomb`: Largest braking effort [N m | N] while the drive is otherwise off. The
       effort is -virtual_coulomb tanh(v/virtual_speed).
     - `virtual_speed`: Speed scale of the braking effort [rad/s | m/s].
-    - `settled_speed`: Speed of the prefilter [rad/s | m/s] below which the drive may be switched
-      off.
+    - `settled_speed`: The drive is switched off only if the speed of the prefilter is below this
+      value [rad/s | m/s].
     """
 
     # 5.2.2: (5.7), (5.40), (5.41); error is the usual cut-off that 5.2.1 argues against
@@ -419,7 +420,7 @@ class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Properties of the closed loop with coefficients in a number format of the target.
+    """Properties of the closed loop with coefficients in a number format.
 
     - `number`: Number format to which the coefficients are rounded.
     - `gamma`: Largest norm of the sampled loop at all vertices.
@@ -472,8 +473,8 @@ class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     centres of their intervals.
 
     - `discrete`: Matrices of the controller at this corner.
-    - `anti_windup`: Anti-windup gains at this corner. Between the corners, the target interpolates
-      the gains and the matrices.
+    - `anti_windup`: Anti-windup gains at this corner. Between the corners, the target hardware
+      interpolates the gains and the matrices.
     """
 
     inertia: float
@@ -516,7 +517,7 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Controller(
     ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Coefficients that run on the target, and verified properties of the loop: `controller.yaml`.
+    """Coefficients for the target hardware, and verified properties of the loop: `controller.yaml`.
 
     - `structure`: `position` is a single loop of the position. `speed_cascade` is a speed loop
       whose reference comes from a position law.

@@ -101,10 +101,10 @@ class Design(
       centres of their intervals, or belong to the uncertainty channel.
     - `vertices`: Computation of the plants at the vertices. `exact`: without approximation.
       `inertia`: linearised in the inertia. `first_order`: linearised in all parameters.
-    - `frozen_at`: Parameters of the plant for which the controller on the target is computed.
-      `centre`: the centres of the intervals. `identified`: the identified values.
-    - `scheduled`: True to store the controllers at the vertices, too. A target that knows the
-      parameters at run time can then interpolate between them.
+    - `frozen_at`: Parameters of the plant for which the controller on the target hardware is
+      computed. `centre`: the centres of the intervals. `identified`: the identified values.
+    - `scheduled`: True to store the controllers at the vertices, too. If the target hardware knows
+      the parameters at run time, it can then interpolate between these controllers.
     - `grid`: Settings of a synthesis whose inequalities are imposed on a grid of parameters.
     - `channel_effort`: Effort [N m | N] that corresponds to the signal 1 in the uncertainty
       channel. The default is half the width of the Coulomb friction interval.
@@ -125,8 +125,8 @@ class Design(
     - `limiter`: Block that switches the drive off near the target, for structure `position`.
     - `friction_compensation`: Friction effort that is added to the drive.
     - `pid`: Gains of the PID controller, for method `pid`.
-    - `form`: Form of the difference equation that runs on the target: matrices or second-order
-      sections.
+    - `form`: Form of the difference equation that runs on the target hardware: matrices or
+      second-order sections.
     - `recentring`: Factor above 1. The matrix inequalities are solved for the bound `recentring`
       times the smallest gamma. Near the smallest gamma itself, the Lyapunov matrices X and Y become
       very large.

@@ -40,7 +40,8 @@ class PositionLawDesign(
       `sqrt(F/J)` is lower by the factor sqrt(2).
     - `gain_per_s`: Gain of the proportional law.
     - `band`: Half-width of the rest band. The default is the encoder's step.
-    - `settled_speed`: Speed of the prefilter or profile below which `cut` and `brake` may act.
+    - `settled_speed`: `cut` and `brake` act only if the speed of the prefilter or profile is below
+      this value.
     - `rest_speed`: Measured speed below which `brake` switches the drive off.
     - `virtual_coulomb_factor`: Factor by which F is multiplied in the square-root law. A factor
       above 1 stands for virtual friction in addition to the axis's friction.
@@ -123,7 +124,8 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
       band; this condition causes limit cycles and is for comparison only.
     - `band`: Half-width of the rest band. The default is the encoder's step, which is also the
       smallest allowed value.
-    - `settled_speed`: Speed of the prefilter or profile below which the drive may be switched off.
+    - `settled_speed`: The drive is switched off only if the speed of the prefilter or profile is
+      below this value.
     - `virtual_coulomb`: Largest braking effort while the drive is otherwise off. The effort is
       -virtual_coulomb tanh(v/virtual_speed). The default is 0.
     - `virtual_speed`: Speed scale of the braking effort. The default is 10 virtual_coulomb

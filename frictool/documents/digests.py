@@ -48,8 +48,8 @@ def block_digests(controller: Controller) -> dict[str, str]:
 
     The digest `header` is computed from the scalar fields at the top level of the document. The
     digest `verified` is computed from those values under `verified` that `frictool verify` cannot
-    recompute. Digests are computed from values, so that number format, comments and layout of the
-    file may change.
+    recompute. Digests are computed from values. Number format, comments and layout of the file do
+    not affect them.
     """
     fields = msgspec.to_builtins(controller)
     blocks = {name: fields[name] for name in sorted(fields) if name not in (*UNTOUCHED, *HEADER)}

@@ -36,7 +36,9 @@ class NodeReader:
         """Return key -> (node of the key, node of the value) for a mapping.
 
         Raises DocumentError if the node is not a mapping, or if a key is not a text, is too long,
-        or occurs twice. `key`: path of the mapping.
+        or occurs twice.
+
+        - key: path of the mapping
         """
         if not isinstance(node, yaml.MappingNode):
             self.fail(node, key, f"found {shown(node)}; allowed: a mapping of keys")

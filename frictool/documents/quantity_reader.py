@@ -47,7 +47,8 @@ class QuantityReader(NodeReader):
     ) -> Any:
         """Read a quantity or a span (type `kind`) and return it in SI.
 
-        `meta`: limits of the value. `key`: path of the node in the document.
+        - meta: limits of the value
+        - key: path of the node in the document
         """
         extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
         pairs = self._quantity_keys(node, kind, str(extra["dimension"]), key)

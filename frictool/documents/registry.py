@@ -128,8 +128,9 @@ def same_axis(documents: dict[Path, Any]) -> None:
 def json_schema(name: str, choices: Mapping[str, Iterable[str]] | None = None) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a document.
 
-    `name`: key of `DOCUMENTS`, such as `bench`; KeyError if there is no such document. `choices`:
-    allowed values by type and key, such as `FrictionOf.law`, if another package lists them.
+    - name: key of `DOCUMENTS`, such as `bench`; KeyError if there is no such document
+    - choices: allowed values by type and key, such as `FrictionOf.law`, if another package lists
+      them
     """
     schema = msgspec.json.schema(DOCUMENTS[name])
     for kind in structs_of(DOCUMENTS[name]):

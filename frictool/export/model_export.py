@@ -65,9 +65,11 @@ def export_model(
 ) -> ModelExport:
     """Export a model to a simulator or a drive; return the files, and notes on the files.
 
-    `language`: name of a language for models (`languages.py`). `origin`: origin of the model's
-    document. Raises NoSolutionError if the language cannot represent a feature of the model and the
-    feature is not left out, and InputFileError if a file of the settings does not fit the model.
+    - language: name of a language for models (`languages.py`)
+    - origin: origin of the model's document
+
+    Raises NoSolutionError if the language cannot represent a feature of the model and the feature
+    is not left out, and InputFileError if a file of the settings does not fit the model.
     """
     assert language in MODEL_LANGUAGES
     files, notes = WRITERS[language](model, settings, origin)

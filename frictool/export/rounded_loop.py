@@ -1,4 +1,4 @@
-"""Verification of a controller with coefficients rounded to a number format of the target.
+"""Verification of a controller with coefficients rounded to a number format.
 
 At every vertex, the sampled loop is computed with the rounded coefficients. The loop must be stable
 at every delay of the document from `delay_samples` on, and have the specified modulus margin at

@@ -38,7 +38,7 @@ LONGEST = 300.0  # longest time of the compiler or of QEMU [s]
 
 @dataclass(frozen=True)
 class TargetFigures:
-    """Size of a controller's code on the target, and number of instructions.
+    """Size of a controller's code on the target hardware, and number of instructions.
 
     - core: core of the processor, from the key `target` of bench.yaml
     - code_bytes: bytes of machine code and constants of NAME.c; None without a cross compiler

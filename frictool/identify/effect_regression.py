@@ -420,8 +420,8 @@ class EffectRegression:
 
         `shift` is `factor` times the change by `hypotheses`. An eccentric encoder multiplies
         inertia and viscous friction by a factor within 1 +- LARGEST_ECCENTRICITY. Over less than a
-        turn, the columns of the eccentricity resemble the columns of these parameters, so that any
-        factor may be fitted.
+        turn, the columns of the eccentricity resemble the columns of these parameters, so that a
+        fit can give any factor.
         """
         others = [one for one in hypotheses if one.term != ECCENTRICITY or one in self.used]
         alone = self._values(self.used)

@@ -128,7 +128,8 @@ def local_ramp_warnings(
 
     The warning is given if the ramps cover less than MOST_OF_TRAVEL of the travel of the logs of
     sliding. If the breakaway is constant, these logs must also show friction or a load over
-    position that the model lacks. A ripple widens the interval instead.
+    position that the model lacks. A ripple causes no warning; it widens the interval of the
+    breakaway.
     """
     if ramp is None or fit is None or cover_travel(ramp, records):
         return []

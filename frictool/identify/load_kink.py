@@ -21,7 +21,7 @@ hold:
   both directions by opposite amounts.
 - The change of the effort is at least LEAST_CHANGE times the Coulomb friction.
 
-The smoothing windows are shorter than those of a fit, because a long window hides a jump and
+The smoothing windows are shorter than the windows of a fit, because a long window hides a jump and
 excludes strokes that rest at the knot. Short windows leave more noise of the acceleration. The
 windows are long enough that this noise, times the inertia, is well below the least change.
 """

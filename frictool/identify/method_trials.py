@@ -2,9 +2,9 @@
 
 The trial identifies the log with the bench, as `identify` does. Least squares are tried first.
 
-- If least squares accept the log, the methods in ALIKE are not tried. They weight the samples of
-  least squares in another way, or search further (`auto`, `output-error`). They are reported as
-  accepting the log if they support log and bench.
+- If least squares accept the log, the methods in ALIKE are not tried. These methods use the samples
+  of least squares with other weights, or start a search with least squares (`auto`,
+  `output-error`). They are reported as accepting the log if they support log and bench.
 - If least squares refuse the log for one common reason, this reason is reported for every method.
   The reason is common if it concerns the whole log, or is the same for all parameters.
 - All other methods are tried.

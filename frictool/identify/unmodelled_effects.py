@@ -350,13 +350,14 @@ def _lag_doubts(
     regression: EffectRegression,
     wide: Mapping[str, Interval],
 ) -> list[tuple[str, str]]:
-    """Return a parameter and a warning if an unknown lag of a winding may move it; [] otherwise.
+    """Return [(parameter, warning)] if an unknown lag of a winding can change the parameter, or [].
 
     The lag is assumed to exceed the delay of the model, 0 if it has none, by at most one sample
     period. There is no warning if one period of lag moves each parameter by less than the half
     width of its interval, or if the interval of the fitted delay ends below the delay of the model
-    plus READ_APART periods. This interval is not used if noise of the acceleration falsifies the
-    delay, or if the whole interval means that the voltage acts before it is logged.
+    plus READ_APART periods. The interval of the fitted delay is not used if noise of the
+    acceleration falsifies the delay, or if the whole interval means that the voltage acts before it
+    is logged.
     """
     late = next((one for one in regression.hypotheses if one.term == DELAY), None)
     known = any(one.lag > 0.0 or one.winding is not None for one in records)

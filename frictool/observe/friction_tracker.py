@@ -118,9 +118,10 @@ def _unsure(quantity: Quantity, part: float) -> Vector:
 def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
     """Return the wear as the arrays `factors` (3, 3) and `zones` (k, 5).
 
-    kernels/friction_interval.py describes the arrays. `rough`: relative half width of the friction
-    at one position. The relative half width of a factor is sqrt(rough^2 + w^2), where w is the
-    relative half width of the wear.
+    kernels/friction_interval.py describes the arrays. The relative half width of a factor is
+    sqrt(rough^2 + w^2), where w is the relative half width of the wear.
+
+    - rough: relative half width of the friction at one position
     """
     is_added = estimate.kind == "additive" and estimate.added is not None
     both = EstimateRange(1.0, 1.0, 1.0) if is_added else estimate.wear

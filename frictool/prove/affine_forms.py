@@ -29,10 +29,12 @@ GROWTH = 1.0 + 1e-12  # factor on a radius: more than the rounding errors of a s
 class Forms(NamedTuple):
     """Table of affine forms (module docstring), one per row.
 
-    center (n,), gen (n, generators), error (n,): as in the module docstring. extent (n,): number of
-    columns of `gen` that belong to a row; the other columns count as 0. spread (n,): sum of the
-    magnitudes of the generators and the error of a row; each operation updates it. low, high (n,):
-    additional bounds of the values. size (1,): number of generators in use.
+    - center (n,), gen (n, generators), error (n,): as in the module docstring
+    - extent (n,): number of columns of `gen` that belong to a row; the other columns count as 0
+    - spread (n,): sum of the magnitudes of the generators and the error of a row; each operation
+      updates it
+    - low, high (n,): additional bounds of the values
+    - size (1,): number of generators in use
     """
 
     center: Vector

@@ -292,7 +292,8 @@ def _fitting_step(speed: float, fastest: float, length: float) -> float:
 class _Phase:
     """Coefficients of a slip with the speed w >= 0: w' = settled + excess e^(-rate t) - alpha w.
 
-    speed: w at t = 0. losing: interval that contains the exact rate; `rate` is rounded.
+    - speed: w at t = 0
+    - losing: interval that contains the exact rate; `rate` is rounded
     """
 
     speed: RoundedInterval

@@ -111,11 +111,13 @@ class AxisCell(NamedTuple):
     """Constants of the axis for a cell, which is a box of plant parameters.
 
     Accelerations are in rad/s^2 | m/s^2 (effort divided by the inertia), `backlash` in rad | m.
-    gap_share: friction inside the backlash divided by the friction of the axis. breakaway:
-    breakaway of the axis divided by its Coulomb friction. gap_breakaway: breakaway inside the
-    backlash divided by the Coulomb friction there. lag_time: integral of e^(-t/lag) over a sample
-    [s]. lag_move: error of a double integral over a sample [s^2] if e^(-t/lag) is replaced by its
-    mean value.
+
+    - gap_share: friction inside the backlash divided by the friction of the axis
+    - breakaway: breakaway of the axis divided by its Coulomb friction
+    - gap_breakaway: breakaway inside the backlash divided by the Coulomb friction there
+    - lag_time: integral of e^(-t/lag) over a sample [s]
+    - lag_move: error of a double integral over a sample [s^2] if e^(-t/lag) is replaced by its mean
+      value
     """
 
     period: float
@@ -139,7 +141,10 @@ class AxisCell(NamedTuple):
 def drive_bounds(f: Forms, o: int, c: AxisCell) -> tuple[float, float]:
     """Return the least and the largest acceleration by drive and load during the sample.
 
-    o: row of the first quantity of the axis. c: constants of the cell. The unit is rad/s^2 | m/s^2.
+    - o: row of the first quantity of the axis
+    - c: constants of the cell
+
+    The unit is rad/s^2 | m/s^2.
     """
     low = min(lowest(f, o + DRIVE), lowest(f, o + NEXT))
     high = max(highest(f, o + DRIVE), highest(f, o + NEXT))
@@ -153,8 +158,8 @@ def drive_bounds(f: Forms, o: int, c: AxisCell) -> tuple[float, float]:
 def frictions(contact: int, forward: bool, c: AxisCell) -> tuple[float, float, float]:
     """Return least and largest friction, and largest viscous coefficient, divided by the inertia.
 
-    contact: contact with the load, one of the constants ANY to BEHIND. forward: True for a motion
-    in positive direction.
+    - contact: contact with the load, one of the constants ANY to BEHIND
+    - forward: True for a motion in positive direction
     """
     inside = contact == GAP or contact == (BEHIND if forward else IN_FRONT)
     sure = contact == (FORWARD if forward else BACKWARD)
@@ -167,8 +172,8 @@ def frictions(contact: int, forward: bool, c: AxisCell) -> tuple[float, float, f
 def breakaways(contact: int, forward: bool, c: AxisCell) -> tuple[float, float]:
     """Return the least and the largest breakaway, divided by the inertia [rad/s^2 | m/s^2].
 
-    contact: contact with the load, one of the constants ANY to BEHIND. forward: True for a motion
-    in positive direction.
+    - contact: contact with the load, one of the constants ANY to BEHIND
+    - forward: True for a motion in positive direction
     """
     least, most, _ = frictions(contact, forward, c)
     inside = contact == GAP or contact == (BEHIND if forward else IN_FRONT)
@@ -226,9 +231,10 @@ def _coefficient(f: Forms, d: int, a: int, value: float, slope: float, second: f
 def advance(f: Forms, o: int, c: AxisCell, m: Vector) -> None:
     """Advance the axis by one sample with the command in the row ACTING.
 
-    o: row of the first quantity of the axis. c: constants of the cell. m: numbers that describe the
-    motion besides the forms, such as the contact with the load, at the indices AT_REST to
-    COUNT_HIGH; updated in place.
+    - o: row of the first quantity of the axis
+    - c: constants of the cell
+    - m: numbers that describe the motion besides the forms, such as the contact with the load, at
+      the indices AT_REST to COUNT_HIGH; updated in place
     """
     t = c.period
     decay = math.exp(-t / c.lag)
@@ -397,7 +403,8 @@ def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
 def _viscous_excess(slope: float, kappa: float, speed: float, braking: float, t: float) -> float:
     """Return a bound of (mean viscous friction) - kappa (final speed)/t over a sample of length t.
 
-    speed: bound of the speed. braking: bound of the deceleration without viscous friction.
+    - speed: bound of the speed
+    - braking: bound of the deceleration without viscous friction
     """
     fall = 0.5 * t * max(0.0, braking + slope * speed)
     excess = max(0.0, slope * t - kappa) * speed / t + slope * min(fall, speed)

@@ -9,9 +9,9 @@ upper half. K/J and F/J are halved at their geometric mean, sigma/J at its arith
 
 A hold is an interval of time with a constant reference. A cell is proved if every hold of the
 scenario is proved from every position at which the previous hold may end. In a proved hold, the
-position stays within the overshoot, and near its final value from the required response time on. It
-ends within the static error and inside the rest band of the controller, where the drive then stays
-0. box_tube.py computes the enclosure of the motion, called a tube.
+position stays within the overshoot, and near its final value from the required response time on.
+The position ends within the static error and inside the rest band of the controller, where the
+drive then stays 0. box_tube.py computes the enclosure of the motion, called a tube.
 """
 
 from __future__ import annotations
@@ -77,11 +77,13 @@ Box = dict[str, Ends]
 class HoldGoal:
     """Reference and requirements of a hold, that is, of an interval with a constant reference.
 
-    plan: reference and times of the hold. values: values of the controller program's nodes before
-    the hold. origin, target: reference before and during the hold. overshoot, static, response:
-    limits of the overshoot, the static error and the distance from the final value after the
-    response time [rad | m], infinite if not required. still: latest time at which the axis must
-    come to rest, measured from the beginning of the hold [s].
+    - plan: reference and times of the hold
+    - values: values of the controller program's nodes before the hold
+    - origin, target: reference before and during the hold
+    - overshoot, static, response: limits of the overshoot, the static error and the distance from
+      the final value after the response time [rad | m], infinite if not required
+    - still: latest time at which the axis must come to rest, measured from the beginning of the
+      hold [s]
     """
 
     plan: StepPlan
@@ -98,9 +100,12 @@ class HoldGoal:
 class BoxTest:
     """Step test for all plants of a parameter box.
 
-    loop: sampled loop. goals: requirements of each hold. start: set of starts of the first hold.
-    box: interval of each parameter. load: constant load [N m | N]. travel: positions of the end
-    stops [rad | m].
+    - loop: sampled loop
+    - goals: requirements of each hold
+    - start: set of starts of the first hold
+    - box: interval of each parameter
+    - load: constant load [N m | N]
+    - travel: positions of the end stops [rad | m]
     """
 
     loop: TubeLoop
@@ -393,8 +398,9 @@ def search(
 
     The search begins with `first_cells` and continues with the halves of cells that are not proved;
     the halves with the largest expected gain come first. progress(f) is called with the completed
-    fraction f (0 to 1). `cores`: number of processes that share the cells, by default one for each
-    core.
+    fraction f (0 to 1).
+
+    - cores: number of processes that share the cells, by default one for each core
     """
     begin = time.monotonic()
     cells = first_cells(test)

@@ -81,13 +81,19 @@ def run_samples(
 ) -> int:
     """Run the tube from sample span[0] to span[1] - 1, and set span[0] to the sample reached.
 
-    span[2]: assumption if it is uncertain whether the axis is inside the rest band: 1 inside, 0
-    outside, -1 none, so that the run ends. span[3]: first sample whose position is stored in
-    `past`; from then on no generator is removed. m: motion state (axis_forms.py). reference (n,):
-    reference at each sample. step: encoder step. delay: samples. limit: drive limit. rows: rows
-    that keep values between samples. record (n, 4): bounds of the position at each sample, and from
-    each sample to the next. Returns DONE, FULL (no generator is free), UNBOUNDED (the position is
-    too uncertain), or the row of an uncertain band condition.
+    - span[2]: assumption if it is uncertain whether the axis is inside the rest band: 1 inside, 0
+      outside, -1 no assumption, so that the run ends
+    - span[3]: first sample whose position is stored in `past`; from then on no generator is removed
+    - m: numbers that describe the motion (axis_forms.py)
+    - reference (n,): reference at each sample [rad | m]
+    - step: encoder step [rad | m]
+    - delay: delay of the command [samples]
+    - limit: drive limit [A | V]
+    - rows: rows that keep values between samples
+    - record (n, 4): bounds of the position at each sample, and from each sample to the next
+
+    Returns DONE, FULL (no generator is free), UNBOUNDED (the position is too uncertain), or the row
+    of an uncertain band condition.
     """
     o = c.scratch + 1
     while span[0] < span[1]:
@@ -160,10 +166,11 @@ def _magnitude(a: float, x: Vector, b: float, y: Vector) -> float:
 def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vector) -> None:
     """Bound the final position after the drive is 0, and its distance from earlier positions.
 
-    stop (3,): additional speed by the decaying drive [rad/s | m/s], and least deceleration in
-    forward and in backward motion [rad/s^2 | m/s^2]. past: forms of the position at `count` earlier
-    samples. bounds: array for the results [rad | m], the final position's bounds at the indices LOW
-    and HIGH, and the largest distance at the index ERROR.
+    - stop (3,): additional speed by the decaying drive [rad/s | m/s], and least deceleration in
+      forward and in backward motion [rad/s^2 | m/s^2]
+    - past: forms of the position at `count` earlier samples
+    - bounds: array for the results [rad | m], the final position's bounds at the indices LOW and
+      HIGH, and the largest distance at the index ERROR
     """
     bounds[LOW] = np.inf
     bounds[HIGH] = -np.inf
@@ -212,9 +219,10 @@ def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vecto
 class CellRatios:
     """Parameter ratios of a cell, as intervals (low, high).
 
-    ratio: drive constant over inertia [rad/s^2 or m/s^2 per A or V]. friction: Coulomb friction
-    over inertia [rad/s^2 | m/s^2]. viscous: viscous friction over inertia [1/s]. offset: constant
-    load over inertia [rad/s^2 | m/s^2].
+    - ratio: drive constant over inertia [rad/s^2 or m/s^2 per A or V]
+    - friction: Coulomb friction over inertia [rad/s^2 | m/s^2]
+    - viscous: viscous friction over inertia [1/s]
+    - offset: constant load over inertia [rad/s^2 | m/s^2]
     """
 
     ratio: tuple[float, float]
@@ -258,8 +266,10 @@ class AxisFixed:
 class TubeLoop:
     """Sampled loop with the properties of the axis that all plants of the box share.
 
-    step: encoder step [rad | m]. delay: delay of the command [samples]. limit: drive limit [A | V].
-    band: half-width of the controller's rest band [rad | m].
+    - step: encoder step [rad | m]
+    - delay: delay of the command [samples]
+    - limit: drive limit [A | V]
+    - band: half-width of the controller's rest band [rad | m]
     """
 
     program: Program
@@ -362,11 +372,16 @@ class StepPlan:
 class StepBounds:
     """Bounds of a step for all plants of a cell; positions as (low, high) in rad | m.
 
-    final: final position. passed: position at the samples of the step. reached: position at all
-    times. late: position at the samples from `settled` on. error: largest distance of the position
-    from its final value, from `response` on. still: time from the beginning of the step to rest
-    [s]. contact, far: contact with the load at the end (StepStart). positions (n, 2): least and
-    largest position at each sample. `settled` and `response` are samples of StepPlan.
+    - final: final position
+    - passed: position at the samples of the step
+    - reached: position at all times
+    - late: position at the samples from `settled` on
+    - error: largest distance of the position from its final value, from `response` on
+    - still: time from the beginning of the step to rest [s]
+    - contact, far: contact with the load at the end (StepStart)
+    - positions (n, 2): least and largest position at each sample
+
+    `settled` and `response` are fields of StepPlan.
     """
 
     final: tuple[float, float]

@@ -45,11 +45,15 @@ NEGLIGIBLE = 1e-6  # share of a radius below which an error does not become a ge
 class ControllerRows(NamedTuple):
     """Program of a controller, and the rows that the enclosure treats separately.
 
-    code, terms, writes, ports: as in CompiledProgram. The other fields are rows of the table of
-    forms. band: condition that the axis is inside the rest band. eta, change: integral eta at this
-    sample, and its change. drive: command before the limit. drive_before: command of the last
-    sample before the limit. next_state: first row of the next values of the states. scratch: row
-    for intermediate results.
+    `code`, `terms`, `writes` and `ports` are defined in CompiledProgram. The other fields are rows
+    of the table of forms.
+
+    - band: condition that the axis is inside the rest band
+    - eta, change: integral eta at this sample, and its change
+    - drive: command before the limit
+    - drive_before: command of the last sample before the limit
+    - next_state: first row of the next values of the states
+    - scratch: row for intermediate results
     """
 
     code: Rows
@@ -69,8 +73,11 @@ class ControllerRows(NamedTuple):
 def run_program(f: Forms, c: ControllerRows, limit: float, choice: int) -> int:
     """Run one sample of a controller on affine forms.
 
-    limit: drive limit. choice: value to use if the condition of the rest band is undecided; -1
-    stops the sample instead. Returns DECIDED, or the row of the undecided condition.
+    - limit: drive limit
+    - choice: value to use if the condition of the rest band is undecided; -1 stops the sample
+      instead
+
+    Returns DECIDED, or the row of the undecided condition.
     """
     for k in range(c.ports[GUARD_ROWS], c.code.shape[0]):
         operation = c.code[k, 0]

@@ -92,8 +92,9 @@ def _plants(proof: Proof) -> str:
 def confirmation(again: Proof, differing: tuple[str, ...]) -> list[str]:
     """Return lines of text that state whether a repeated proof confirms the stored proof.
 
-    again: repeated proof. differing: keys in which the stored proof differs from `again`; empty if
-    the stored proof is confirmed.
+    - again: repeated proof
+    - differing: keys in which the stored proof differs from `again`; empty if the stored proof is
+      confirmed
     """
     if not differing:
         return [

@@ -130,8 +130,9 @@ def prove_step(
 class PlantOutcome:
     """Result of the proof for one plant.
 
-    requirements: verdict of each requirement. runs: number of runs. open_share: share of the
-    initial positions without a result, 0 to 1.
+    - requirements: verdict of each requirement
+    - runs: number of runs
+    - open_share: share of the initial positions without a result, 0 to 1
     """
 
     requirements: tuple[ProvedRequirement, ...]

@@ -84,9 +84,11 @@ def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
 def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
     """Return the widest ranges of positions that begin at an end of the travel and satisfy `holds`.
 
-    x (n,): positions of the travel. holds: function that returns True if a slice of x satisfies the
-    condition. The limits of the ranges are rounded inwards. Ranges narrower than the fraction WORTH
-    of the travel are left out.
+    - x (n,): positions of the travel
+    - holds: function that returns True if a slice of x satisfies the condition
+
+    The limits of the ranges are rounded inwards. Ranges narrower than the fraction WORTH of the
+    travel are left out.
     """
     parts = []
     for from_low in (True, False):

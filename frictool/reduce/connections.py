@@ -128,7 +128,9 @@ def seen_from(
     """Return block number -> motion, for every block that moves with the block `root`.
 
     In these motions each backlash is in its middle, and compliant links are unstrained. Paths of
-    rigid links are preferred. names: names of the blocks by number.
+    rigid links are preferred.
+
+    - names: names of the blocks by number
 
     Raises NoSolutionError if two paths from the root to a block have different ratios: the
     mechanism then has several independent motions, or cannot move.

@@ -42,9 +42,11 @@ def as_friction(
 ) -> tuple[Mechanism, StepReport, ReflectedInertia]:
     """Replace the losses of rigid links by friction; return mechanism, report, reflected inertia.
 
-    All blocks must be in the coordinate of one block. whole: document with the original threads and
-    efficiencies. Raises NoSolutionError if the source would have to drive an irreversible link
-    backwards.
+    All blocks must be in the coordinate of one block.
+
+    - whole: document with the original threads and efficiencies
+
+    Raises NoSolutionError if the source would have to drive an irreversible link backwards.
     """
     x = positions(mechanism)
     figures = []

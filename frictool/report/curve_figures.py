@@ -45,7 +45,9 @@ def draw(
     """Draw one signal of a stream as a curve.
 
     The curve is opaque for a nominal stream, transparent for a plant variant, and red for the
-    stream with the worst value. over_time: True if the abscissa is time.
+    stream with the worst value.
+
+    - over_time: True if the abscissa is time
     """
     kept = (
         drawn_indices(abscissa, ordinate)

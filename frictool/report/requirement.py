@@ -124,8 +124,8 @@ class Requirement:
 class ReportRequest:
     """Logs and documents from which a verdict is computed.
 
-    `bench`: bench of recorded logs; None if it is the controller's bench. `proof`: document
-    `proof.yaml` that `frictool prove` wrote for a step test of the controller.
+    - bench: bench of recorded logs; None if it is the controller's bench
+    - proof: document `proof.yaml` that `frictool prove` wrote for a step test of the controller
     """
 
     spec: Spec
@@ -139,8 +139,10 @@ class ReportRequest:
 class Verdict(ResultView):
     """Outcome of all requirements of a specification for logs, and the metrics of each log.
 
-    The requirements are in the specification's order. `meets`: for each stream, True if its values
-    meet every requirement. `remarks`: warnings.
+    The requirements are in the specification's order.
+
+    - meets: for each stream, True if its values meet every requirement
+    - remarks: warnings
     """
 
     request: ReportRequest

@@ -28,10 +28,14 @@ def run_signals(
 ) -> tuple[float, float, bool]:
     """Return (peak command, peak measured drive, True if all values are finite).
 
-    The peaks are in the unit of the drive. record (n, 7): columns as in engine/closed_loop.py.
-    conditions (n, 8) or (0, 8): columns as in engine/disturbances_and_faults.py. noise (n,): noise
-    of the measured drive. Two arrays are filled: position (n,) with the measured position, and
-    second (n - 2,) with the absolute second differences of the measured drive.
+    The peaks are in the unit of the drive.
+
+    - record (n, 7): columns as in engine/closed_loop.py
+    - conditions (n, 8) or (0, 8): columns as in engine/disturbances_and_faults.py
+    - noise (n,): noise of the measured drive
+
+    Two arrays are filled: position (n,) with the measured position, and second (n - 2,) with the
+    absolute second differences of the measured drive.
     """
     n = record.shape[0]
     command_peak = 0.0
@@ -120,10 +124,12 @@ def step_metrics(
 ) -> tuple[int, float, int]:
     """Return (settling sample, overshoot [%], number of reversals) after a step of the reference.
 
-    position (n,): samples while the reference is constant. origin, target: reference before and
-    after the step. final: mean of the last `tail` positions. The settling sample is the first
-    sample from which the position stays in the 95 % zone (`final` ± 5 % of the step, at least one
-    sensor step), or -1 if the axis does not settle.
+    - position (n,): samples while the reference is constant
+    - origin, target: reference before and after the step
+    - final: mean of the last `tail` positions
+
+    The settling sample is the first sample from which the position stays in the 95 % zone (`final`
+    ± 5 % of the step, at least one sensor step), or -1 if the axis does not settle.
     """
     amplitude = target - origin
     zone = max(ZONE * abs(amplitude), resolution) * ROUNDED

@@ -39,9 +39,9 @@ KEYS = {*HOLD_KEYS, "modulus_margin", "drive_peak", "rest"}
 class RunRecord(NamedTuple):
     """Signals of one simulated plant.
 
-    `time`, `reference`, `noise` (n,): time, reference, and noise of the measured drive. `record`
-    (n, 7): columns as in engine/closed_loop.py. `conditions` (n, 8) or (0, 8): columns as in
-    engine/disturbances_and_faults.py.
+    - time, reference, noise (n,): time, reference, and noise of the measured drive
+    - record (n, 7): columns as in engine/closed_loop.py
+    - conditions (n, 8) or (0, 8): columns as in engine/disturbances_and_faults.py
     """
 
     time: Vector

@@ -150,8 +150,10 @@ class RunJudge:
     ) -> tuple[Requirement, ...]:
         """Return the requirements with their outcomes for one simulated plant.
 
-        The requirements are in the order of the specification. `source`: label of the simulation.
-        `plant`: linear plant for the modulus margin; None if it is unknown.
+        The requirements are in the order of the specification.
+
+        - source: label of the simulation
+        - plant: linear plant for the modulus margin; None if it is unknown
         """
         margin, gap = None, NO_CONTROLLER
         beyond = ""

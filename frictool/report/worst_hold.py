@@ -26,7 +26,9 @@ NEVER = "does not settle within the hold, or moves by less than half of the step
 class JudgedValue(NamedTuple):
     """Value of a metric for the stream `item` or, if `hold` is not None, for one hold.
 
-    A hold is a phase of constant reference. `reason`: remark on the value.
+    A hold is a phase of constant reference.
+
+    - reason: remark on the value
     """
 
     value: float
@@ -78,8 +80,9 @@ def worst_hold(
 ) -> Requirement:
     """Compare the largest value of a metric over all holds with its limit; return the requirement.
 
-    A hold is a phase of constant reference. `with_reasons`: True to add the reasons why the metric
-    is unknown in some holds.
+    A hold is a phase of constant reference.
+
+    - with_reasons: True to add the reasons why the metric is unknown in some holds
     """
     name = metric.name
     reason = "; ".join(reasons(metric.name, evidence))

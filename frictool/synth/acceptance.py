@@ -40,8 +40,10 @@ def accept(
 ) -> stored.Verified:
     """Return the norms and margins of a candidate's loops; raise NoSolutionError if the test fails.
 
-    linear: stored form of the candidate's linear controller. around: blocks around the linear
-    controller. The test fails in these cases:
+    - linear: stored form of the candidate's linear controller
+    - around: blocks around the linear controller
+
+    The test fails in these cases:
 
     - A loop with the delay in bench.yaml, with or without the model's resonances and spring, is
       unstable or has less than the specified modulus margin.
@@ -172,7 +174,8 @@ def _required(problem: SynthesisProblem) -> tuple[int, ...]:
 def unstable_earlier(vertices: tuple[stored.Vertex, ...], delay: int) -> str:
     """Return a note on loops that are unstable with a delay shorter than `delay`, else "".
 
-    vertices: results of the check at each vertex. delay: delay in bench.yaml [samples].
+    - vertices: results of the check at each vertex
+    - delay: delay in bench.yaml [samples]
     """
     found = [
         (check.spectral_radius, check.delay_samples, vertex.name)

@@ -3,7 +3,7 @@
 Thesis (5.46) and (5.64) define the weights of the interpolation. The interpolated controller
 satisfies the matrix inequalities of the synthesis only if the plants are affine in the parameters
 (`vertices: first_order`, continuous time). The controller is therefore verified in the form that
-runs on the target, at the corners and at plants between the corners.
+runs on the target hardware, at the corners and at plants between the corners.
 """
 
 from __future__ import annotations

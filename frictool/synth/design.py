@@ -69,8 +69,8 @@ class SynthesisResult(ResultView):
 class ProofScope:
     """Options of the verification for plants between the vertices.
 
-    vertices_only: True to verify the vertices only, without a certificate. varying: True to also
-    compute a bound of the norm for parameters that vary arbitrarily fast.
+    - vertices_only: True to verify the vertices only, without a certificate
+    - varying: True to also compute a bound of the norm for parameters that vary arbitrarily fast
     """
 
     vertices_only: bool = False
@@ -176,7 +176,7 @@ def running_linear(
 ) -> stored.LinearController:
     """Return the linear controller of a candidate in all forms that a document stores.
 
-    The field `form` names the form that runs on the target.
+    The field `form` names the form that runs on the target hardware.
     """
     linear = stored_forms(candidate.controller)
     design = posed.design

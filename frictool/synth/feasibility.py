@@ -82,8 +82,8 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
 def check_played_step(model: Model, spec: Spec, length: float, dead_time: float) -> None:
     """Raise NoSolutionError if the longest step of a search needs more than the response time.
 
-    length: length of the longest step [rad | m]. dead_time: dead time of the speed loop with its
-    fastest filter [s].
+    - length: length of the longest step [rad | m]
+    - dead_time: dead time of the speed loop with its fastest filter [s]
     """
     required = spec.response_time_95_s
     if required is None:
@@ -172,7 +172,7 @@ def _with_drive_peak(model: Model, spec: Spec) -> tuple[Model, str]:
 
 
 def resting_error(model: Model, spec: Spec) -> float:
-    """Return the error [rad | m] with which the axis may rest: static_error, at least one count."""
+    """Return the largest allowed error at rest [rad | m]: static_error, at least one count."""
     return max(model.bench.encoder.resolution, _static_error(spec))
 
 
@@ -209,8 +209,10 @@ def _rise(axis: DrivenAxis, length: float) -> float:
 def slowest_step(model: Model, least: ShortestTime, length: float) -> SlowestStep:
     """Return the vertex of the model that needs the longest time for a step, and this time.
 
-    least: function from an axis and a length to the shortest time [s]. length: step length [rad |
-    m]. The drive must be able to move every vertex (synth/load_disturbance.py).
+    - least: function from an axis and a length to the shortest time [s]
+    - length: step length [rad | m]
+
+    The drive must be able to move every vertex (synth/load_disturbance.py).
     """
     times = [
         SlowestStep(least(_opened(model, vertex), length), vertex)
@@ -230,7 +232,8 @@ def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
 def _check_time(key: str, spec: Spec, least: ShortestTime, model: Model) -> list[str]:
     """Return a note on longer steps; raise NoSolutionError if the drive is too slow.
 
-    `key`: requirement on a time. `least`: function from an axis and a length to the shortest time.
+    - key: requirement on a time
+    - least: function from an axis and a length to the shortest time
     """
     unit = si_unit("position", model.axis)
     required, shortest = getattr(spec, key), shortest_step(model, spec)

@@ -1,8 +1,8 @@
 """Method `lpv`: common Lyapunov matrices over the polytope's vertices (thesis 5.3.1).
 
-The inequalities give a controller for each plant of the polytope. The target runs only one of these
-controllers: the controller of the plant `frozen_at` in the design (thesis 5.64-5.65). For other
-plants, the inequalities guarantee nothing with this frozen controller. The sampled loop is
+The inequalities give a controller for each plant of the polytope. The target hardware runs only one
+of these controllers: the controller of the plant `frozen_at` in the design (thesis 5.64-5.65). For
+other plants, the inequalities guarantee nothing with this frozen controller. The sampled loop is
 therefore rebuilt from the stored coefficients and verified at every vertex.
 """
 

@@ -5,8 +5,8 @@ grid points. Method `lpv` has one X and one Y, and is therefore valid for parame
 Method `lpv_grid` assumes constant or slowly varying parameters and reaches a lower gamma. All
 plants on the grid are exact; no plant is linearised. If Coulomb friction is scheduled, its largest
 value is used everywhere, because the Coulomb friction only scales the friction input of the plant.
-The target runs the controller of the plant `frozen_at` in the design (thesis 5.3.4). The loop with
-this frozen controller is verified at every vertex.
+The target hardware runs the controller of the plant `frozen_at` in the design (thesis 5.3.4). The
+loop with this frozen controller is verified at every vertex.
 """
 
 from __future__ import annotations

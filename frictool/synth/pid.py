@@ -44,8 +44,10 @@ def pid(problem: SynthesisProblem) -> ControllerCandidate:
 def sampled_pid(gains: Pid, gain: float, period: float) -> Lti:
     """Return the zero-order-hold equivalent of the PI or PID controller of thesis (5.39).
 
-    The states are the integral of the error and the low-pass. gain: K in drive per unit of the
-    error (rad | m, or rad/s | m/s). period: sample period [s].
+    The states are the integral of the error and the low-pass.
+
+    - gain: K in drive per unit of the error (rad | m, or rad/s | m/s)
+    - period: sample period [s]
     """
     poles = []
     entering = []

@@ -128,7 +128,9 @@ def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
 def first_order(pole: float, residue: float, period: float) -> Lti:
     """Return the system residue/(s - pole) or residue/(z - pole).
 
-    The entries b and c have equal magnitudes. period: sample period [s], 0 for continuous time.
+    The entries b and c have equal magnitudes.
+
+    - period: sample period [s], 0 for continuous time
     """
     size = np.sqrt(abs(residue))
     return Lti(

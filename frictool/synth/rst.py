@@ -15,8 +15,9 @@ least the specified margin; the nominal overshoot is at most the specified overs
 as large as possible. The margin is not guaranteed: the poles are placed at the centre of the
 intervals, and the loop is then verified at every vertex.
 
-The polynomial T of the reference equals S. The target runs drive = (S/R)(reference - position)
-behind the prefilter of the reference (thesis 5.69), with the same code as for every other method.
+The polynomial T of the reference equals S. The target hardware runs drive = (S/R)(reference -
+position) behind the prefilter of the reference (thesis 5.69), with the same code as for every other
+method.
 """
 
 from __future__ import annotations

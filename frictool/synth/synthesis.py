@@ -26,7 +26,7 @@ def synthesise(
 ) -> SynthesisResult:
     """Synthesise a controller for every plant within the intervals of model and bench.
 
-    The controller is verified in the form that the target runs.
+    The controller is verified in the form that the target hardware runs.
 
     Parameters
     ----------

@@ -96,7 +96,7 @@ def _least_acceleration(
 ) -> tuple[float, str, str]:
     """Return the smallest acceleration of all vertices at `speed`, its unit, and an explanation.
 
-    The drive may use the fraction `share` of its limit.
+    The profile uses the fraction `share` of the drive's limit.
     """
     actuator = model.bench.actuator
     load = disturbance(model).total

@@ -130,8 +130,9 @@ def true_norms(
 ) -> list[tuple[float, float]]:
     """Return the norm of the loop with the controller `k` and its peak frequency, for each plant.
 
-    An unstable loop gives (inf, nan). `looks`: earlier peak frequencies of each plant, which reduce
-    the computing time.
+    An unstable loop gives (inf, nan).
+
+    - looks: earlier peak frequencies of each plant, which reduce the computing time
     """
     hints = looks or [()] * len(plants)
     return [

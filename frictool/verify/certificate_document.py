@@ -14,7 +14,8 @@ def certified_loop(controller: Controller, weights: CertifiedWeights) -> Certifi
     """Return the closed loop that the certificate of a controller document bounds.
 
     The loop contains the computational delay, the lag of the drive, and the coefficients that run
-    on the target. Raises NoSolutionError if the loop feeds back the speed estimate of an observer.
+    on the target hardware. Raises NoSolutionError if the loop feeds back the speed estimate of an
+    observer.
     """
     return CertificateLoop(
         controller=controller.linear.discrete,

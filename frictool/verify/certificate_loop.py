@@ -20,9 +20,12 @@ SENSITIVITY = CertifiedWeights(error=Filter(1.0), disturbance=0.0, drive=0.0)  #
 class SpeedFeedback:
     """Feedback of the speed: drive = C(z) (F(z) m + position_gain eta), with eta = -position.
 
-    m is minus the measured speed. velocity: settings of the filter F, and source of the speed
-    (differences of positions, or a sensor). position_gain: gain [1/s] of the proportional law
-    around the speed loop; 0 if there is no such law.
+    m is minus the measured speed.
+
+    - velocity: settings of the filter F, and source of the speed (differences of positions, or a
+      sensor)
+    - position_gain: gain [1/s] of the proportional law around the speed loop; 0 if there is no such
+      law
     """
 
     velocity: Velocity
@@ -39,7 +42,7 @@ class CertificateLoop:
     - lag: time constant of the drive [s]
     - period: sample period [s]
     - sections: second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1, which replace the matrices of
-      `controller` if the target runs sections
+      `controller` if the target hardware runs sections
     - speed: feedback of the speed; None if eta is the controller's only input
     """
 

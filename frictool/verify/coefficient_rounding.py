@@ -1,4 +1,4 @@
-"""Rounding of a controller's coefficients to a number format of the target."""
+"""Rounding of a controller's coefficients to a number format of the target hardware."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def coefficient_rounder(number: Number) -> CoefficientRounder:
 def rounded_linear(linear: LinearController, number: Number) -> LinearController:
     """Return the linear controller with matrices, sections and anti-windup gains rounded.
 
-    number: number format. The continuous-time controller is unchanged, because the target does not
-    run it.
+    number: number format. The continuous-time controller is unchanged, because the target hardware
+    does not run it.
     """
     hold = coefficient_rounder(number)
 

@@ -74,8 +74,10 @@ def limiter_brake(
 ) -> tuple[FeedbackLoop, ...]:
     """Return the loops near standstill that a limiter's virtual friction closes.
 
-    The result is empty if there is no limiter or no virtual friction. constant: effort per unit of
-    drive. period: sample period [s].
+    The result is empty if there is no limiter or no virtual friction.
+
+    - constant: effort per unit of drive
+    - period: sample period [s]
     """
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return ()

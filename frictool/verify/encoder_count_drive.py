@@ -1,4 +1,4 @@
-"""Largest drive that one encoder count causes at rest, from the coefficients of the target."""
+"""Largest drive that one encoder count causes at rest, from the coefficients as stored."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ HORIZON = 10  # samples; afterwards the loop has reacted
 def count_current(controller: Lti, step: float, horizon: int = HORIZON) -> float:
     """Return the largest |drive| [A | V] after a displacement by one encoder count from rest.
 
-    step: size of an encoder count [rad | m]. horizon: number of samples over which the maximum is
-    taken; a controller with lead may request more drive at the second sample than at the first.
+    - step: size of an encoder count [rad | m]
+    - horizon: number of samples over which the maximum is taken; a controller with lead may request
+      more drive at the second sample than at the first
+
     Raises ValueError for a controller in continuous time.
     """
     if not controller.period:

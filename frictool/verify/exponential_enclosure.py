@@ -54,9 +54,10 @@ class HoldPolynomials:
 def check_range(ratio: Fraction, low: Fraction, high: Fraction) -> None:
     """Raise NoSolutionError if the period is too long for the drive's lag or the axis's J/sigma_v.
 
-    ratio: sample period divided by the lag. low, high: interval of sigma, the sample period times
-    the viscous rate sigma_v/J. The absolute values of `ratio`, `low` and `high` must be at most
-    LARGEST.
+    - ratio: sample period divided by the lag
+    - low, high: interval of sigma, the sample period times the viscous rate sigma_v/J
+
+    The absolute values of `ratio`, `low` and `high` must be at most LARGEST.
     """
     if ratio > LARGEST or max(abs(low), abs(high)) > LARGEST:
         what = "actuator.loop_time_constant_s" if ratio > LARGEST else "inertia/viscous"
@@ -138,7 +139,9 @@ def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
 def _nested(ratio: Fraction, last: int, one: int) -> dict[int, tuple[int, int]]:
     """Return integers (centre, radius) that enclose v_j times `one`, for each j up to `last`.
 
-    `exponential_series` defines v_j. one: power of 2 that scales numbers to integers.
+    `exponential_series` defines v_j.
+
+    - one: power of 2 that scales numbers to integers
     """
     begun = last + 64 + 4 * math.ceil(ratio)
     enclosures = {begun: (one >> 1, (one >> 1) + 1)}

@@ -58,7 +58,7 @@ class FeedbackLoop:
 
 
 def running_form(linear: LinearController, period: float) -> Lti:
-    """Return the linear controller in the form that runs on the target: state space or sections.
+    """Return the linear controller in the form for the target hardware: matrices or sections.
 
     For sections, the states are s1, s2 of each section in the order of the chain.
     """
@@ -83,8 +83,10 @@ def feedbacks(
 ) -> tuple[FeedbackLoop, ...]:
     """Return the loop of the linear controller and, with a proportional law, the outer loop.
 
-    The outer loop is the last in the tuple. hold: function that rounds the coefficients of velocity
-    filter and position law to the target's number format (verify/coefficient_rounding.py).
+    The outer loop is the last in the tuple.
+
+    - hold: function that rounds the coefficients of velocity filter and position law to a number
+      format (verify/coefficient_rounding.py)
     """
     c = running_form(linear, period)
     if structure == "position":
@@ -117,7 +119,7 @@ def speed_feedback(
     - c: linear controller
     - position_gain: gain of the proportional law [1/s]
     - period: sample period [s]
-    - hold: function that rounds coefficients to the target's number format
+    - hold: function that rounds coefficients to a number format
     """
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     behind = low_pass(velocity, period, hold)
@@ -180,9 +182,10 @@ def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
 def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[FeedbackLoop, ...]:
     """Return the loops that a limiter's virtual friction closes near standstill.
 
-    There is one loop, or one for each mode of an observer that estimates the speed. slope: drive
-    per speed near standstill, F_cv/(v_r K) [A | V per rad/s | m/s], with the virtual Coulomb
-    friction F_cv, the virtual speed v_r, and the effort K per unit of drive.
+    There is one loop, or one for each mode of an observer that estimates the speed.
+
+    - slope: drive per speed near standstill, F_cv/(v_r K) [A | V per rad/s | m/s], with the virtual
+      Coulomb friction F_cv, the virtual speed v_r, and the effort K per unit of drive
     """
     if velocity.observer is not None:
         law = gain(slope, period)
@@ -247,8 +250,8 @@ def open_loop(
 ) -> Lti:
     """Return the loop gain L(z) with one plant.
 
-    lag: time constant of the drive [s]. resonance: filter of a resonance
-    (adapters/resonance_filter.py), or None.
+    - lag: time constant of the drive [s]
+    - resonance: filter of a resonance (adapters/resonance_filter.py), or None
     """
     blocks, sums = _diagram(feedback, rates, lag, delay_samples, resonance)
     return connect(blocks, {**sums, "returned": {"u": -1.0}}, ("entering",), ("returned",))

@@ -95,8 +95,10 @@ def worst_sensitivity(
     """Return the largest sensitivity at the vertices, the largest between vertices, and a plant.
 
     Between the vertices, POINTS scattered plants are evaluated. The returned plant has the largest
-    sensitivity of these plants. lag: time constant of the drive [s]. delay: computational delay
-    [samples].
+    sensitivity of these plants.
+
+    - lag: time constant of the drive [s]
+    - delay: computational delay [samples]
     """
 
     def sensitivity(point: PlantPoint) -> float:

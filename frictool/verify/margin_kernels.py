@@ -136,9 +136,12 @@ def sensitivity(
 ) -> tuple[Matrix, Vector, Vector]:
     """Return the matrices a (n, n), b (n,) and c (n,) of 1/(1 + L) - 1, with the loop gain L.
 
-    controller: matrices a, b, c, d of the controller, with one input per measured signal and one
-    output. axis: result of `sampled_axis`. The states belong to controller, delay and axis, in this
-    order. The input is added to the controller's drive.
+    - controller: matrices a, b, c, d of the controller, with one input per measured signal and one
+      output
+    - axis: result of `sampled_axis`
+
+    The states belong to controller, delay and axis, in this order. The input is added to the
+    controller's drive.
     """
     ca, cb, cc, cd = controller
     axis_a, push, seen = axis
@@ -260,10 +263,13 @@ def peak(
 ) -> float:
     """Return the largest gain of a stable loop; UNKNOWN if the eigenvectors are too imprecise.
 
-    loop: matrices from `sensitivity`. poles (n,), vectors (n, n): eigenvalues and eigenvectors of
-    a. grid (k,): rising angles in [0, pi] at which the search starts, in addition to the angles of
-    the poles. The search computes the gain from poles and residues. At the peak, the gain is
-    computed again from the matrices.
+    - loop: matrices from `sensitivity`
+    - poles (n,), vectors (n, n): eigenvalues and eigenvectors of a
+    - grid (k,): rising angles in [0, pi] at which the search starts, in addition to the angles of
+      the poles
+
+    The search computes the gain from poles and residues. At the peak, the gain is computed again
+    from the matrices.
     """
     _, b, c = loop
     n = poles.shape[0]

@@ -41,8 +41,9 @@ SAME = 1e-9  # relative tolerance of numbers that two benches state for one rig
 class ObservedController(ResultView):
     """Controller with an observer, and the modulus margins at the worst vertex.
 
-    before, after: margins of the speed loop without and with the observer; None if no linear loop
-    feeds back the speed. at: name of the vertex at which the margin with the observer is smallest.
+    - before, after: margins of the speed loop without and with the observer; None if no linear loop
+      feeds back the speed
+    - at: name of the vertex at which the margin with the observer is smallest
     """
 
     controller: Controller

@@ -42,7 +42,9 @@ class ObserverSpeed:
     """Linear observer whose output is minus the estimated speed [rad/s | m/s].
 
     The first input is minus the difference quotient of the position [rad/s | m/s], the second is
-    the drive [A | V]. `mode`: name of the mode in messages, empty for an observer with one mode.
+    the drive [A | V].
+
+    - mode: name of the mode in messages, empty for an observer with one mode
     """
 
     system: Lti

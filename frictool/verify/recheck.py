@@ -42,8 +42,8 @@ TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
 class FigureDifference:
     """Stored value of a document that differs from the computed value.
 
-    key: path of the value in the document. stored, computed: the two values; None stands for a
-    missing value.
+    - key: path of the value in the document
+    - stored, computed: the two values; None stands for a missing value
     """
 
     key: str

@@ -36,8 +36,10 @@ def resonant_check(
 ) -> ResonantCheck:
     """Return the worst spectral radius and margin of all loops, plants and resonance filters.
 
-    An unstable loop has the margin 0. lag: time constant of the drive [s]. delay_samples:
-    computational delay.
+    An unstable loop has the margin 0.
+
+    - lag: time constant of the drive [s]
+    - delay_samples: computational delay
     """
     radii, margins, peaks = [], [], []
     for loop in loops:

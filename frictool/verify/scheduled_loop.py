@@ -30,8 +30,10 @@ SEED = 2
 class ScheduledFigures:
     """Largest norm `gamma` and smallest modulus margin of a scheduled loop.
 
-    The margin is 0 if a loop is unstable. `at`: plant with the smallest margin. `points`: number of
-    plants between the corners.
+    The margin is 0 if a loop is unstable.
+
+    - at: plant with the smallest margin
+    - points: number of plants between the corners
     """
 
     gamma: float

@@ -1,4 +1,4 @@
-"""Sampled speed loop in physical units, from the coefficients that run on the target.
+"""Sampled speed loop in physical units, from the coefficients that run on the target hardware.
 
 eta = s - position               s: integral of the speed reference, outside the loop
 u = C(z) eta                     the drive, applied `delay` samples later
@@ -45,7 +45,9 @@ def is_required(checked: int, delay: int) -> bool:
 def closed_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> Lti:
     """Return the sensitivity with one plant: the system from s to s - position.
 
-    s is the integral of the speed reference. lag: time constant of the drive [s].
+    s is the integral of the speed reference.
+
+    - lag: time constant of the drive [s]
     """
     period = controller.period
     blocks = {

@@ -55,9 +55,10 @@ def spring_check(
 ) -> SpringCheck | None:
     """Return the worst spectral radius and margin of all loops, plants and ends of the stiffness.
 
-    axis: time constant of the drive [s], and computational delay [samples]. stiffness: stiffness of
-    the spring [N m/rad | N/m] with its interval. An unstable loop has the margin 0. The result is
-    None if both ends of the interval are 0.
+    - axis: time constant of the drive [s], and computational delay [samples]
+    - stiffness: stiffness of the spring [N m/rad | N/m] with its interval
+
+    An unstable loop has the margin 0. The result is None if both ends of the interval are 0.
     """
     lag, delay_samples = axis
     filters = (None,) if resonances is None else (None, *resonance_filters(resonances))

@@ -200,8 +200,12 @@ def inverse_inertia(
 ) -> tuple[float, float]:
     """Return (low, high) bounds of T^2/J for plants with kappa and sigma in given intervals.
 
-    T is the sample period, J the inertia; the module docstring defines kappa and sigma. `drive`:
-    interval of kappa. `viscous`: interval of sigma. If low > high, there is no such plant.
+    T is the sample period, J the inertia; the module docstring defines kappa and sigma.
+
+    - drive: interval of kappa
+    - viscous: interval of sigma
+
+    If low > high, there is no such plant.
     """
     low = max(box.inverse[0], drive[0] / box.drive[1])
     high = min(box.inverse[1], drive[1] / box.drive[0])
@@ -243,7 +247,8 @@ def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
 def _filtered(weight: tuple[float, float, float], p: Form, q: Form) -> Form:
     """Return the weight gain (q + zero p)/(q + pole p) as a form, or the gain if the pole is 0.
 
-    weight: gain, zero and pole. p, q: forms of the module docstring.
+    - weight: gain, zero and pole
+    - p, q: forms of the module docstring
     """
     gain, zero, pole = weight
     if pole == 0.0:

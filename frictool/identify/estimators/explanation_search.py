@@ -436,7 +436,7 @@ def search_explanations(
     """Return the load terms that the logs support, and all explanations of the effort.
 
     The load terms are None if the logs support no hypothesis, or if the axis never slips. If the
-    bench declares its loads, only the delay of a voltage drive may be added. The explanations
+    bench declares its loads, only the delay of a voltage drive can be added. The explanations
     include significant hypotheses that are not used.
     """
     try:

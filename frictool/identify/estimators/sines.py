@@ -291,7 +291,7 @@ def _of_inertia(
 
 
 def not_negative(interval: Interval) -> Interval:
-    """Replace a negative value and lower end of an interval by 0 if the upper end is positive."""
+    """Replace a negative value and a negative lower end by 0 if the upper end is positive."""
     return Interval(0.0, 0.0, interval.high) if interval.value < 0.0 < interval.high else interval
 
 

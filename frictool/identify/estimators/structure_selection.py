@@ -139,7 +139,7 @@ def choose_terms(
 def choose_structure(
     sides: Sides, bench: Bench, known: Mapping[str, float], confidence: float
 ) -> HeldOutPrediction:
-    """Return the prediction with the best load terms, or with those that the bench declares.
+    """Return the prediction with the best load terms, or with the load terms of the bench.
 
     `known` are the start values of the parameters, SI.
     """

@@ -10,10 +10,9 @@ displacement. An elastic drive train or an elastic contact oscillates without su
 - U, a: complex amplitudes of the effort and of the acceleration
 - J: inertia; k: stiffness of the load over the position
 
-`share` is about 1 if a controller or a load makes a rigid axis oscillate. It is small in a free
+`share` is about 1 if a controller or a load makes a rigid axis oscillate, and small in a free
 oscillation.
-The effort may be logged earlier or later than the position. The largest value over a range of
-delays is used.
+The logged effort can lead or lag the position. The largest `share` over a range of delays is used.
 
 The best point of a grid over w and s is the start of Gauss-Newton steps. The standard errors allow
 for correlation of the residuals of neighbouring samples, and for the rounding to encoder counts.
@@ -228,7 +227,7 @@ def _standard_errors(columns: Matrix, residual: Vector, resolution: float) -> Ve
 def _share(
     stop: StopWindow, columns: Matrix, pole: complex, motion: complex, axis: Rigidity
 ) -> tuple[float, float]:
-    """Return the share of the restoring effort of a rigid axis, and its standard error.
+    """Return `share` of the module docstring, and its standard error.
 
     motion: complex amplitude of the position, which is multiplied by exp(pole t).
     """

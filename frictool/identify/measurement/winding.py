@@ -155,7 +155,8 @@ class _Piece:
     def voltage_response(self, lag: float, delay: float) -> Vector:
         """Return the current (n,) that the voltage causes, times the resistance.
 
-        lag: electrical time constant, s. delay: delay of the voltage, s.
+        - lag: electrical time constant, s
+        - delay: delay of the voltage, s
         """
         period = self.log.period
         whole = int(np.floor(delay / period))

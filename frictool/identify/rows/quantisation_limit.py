@@ -50,8 +50,9 @@ def unresolved_inertia(
 def hidden_by_noise(noise: float, own: float, bench: Bench) -> bool:
     """Return True if noise can change the fitted inertia by more than the bench's range.
 
-    `own` is the rms acceleration [rad/s^2 | m/s^2] that the other regressors do not explain. Its
-    part `noise` multiplies the fitted inertia by 1 - (noise/own)^2.
+    `own` is the rms acceleration [rad/s^2 | m/s^2] that the other regressors do not explain. Noise
+    with the rms `noise`, which is a part of `own`, multiplies the fitted inertia by 1 -
+    (noise/own)^2.
     """
     prior = bench.mechanics.inertia
     return prior.value * noise**2 >= _known(prior) * (own**2 - noise**2)

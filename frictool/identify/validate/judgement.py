@@ -17,9 +17,8 @@ intervals may fit the log, but the model's values do not.
 The force error says nothing about samples at rest, and an unstable model may have a small force
 error. A model whose simulated position strays therefore does not reproduce the log, either:
 
-- A controller may hold the position, and so may a spring or gravity that exceeds friction and
-  effort error. The position must then stay in the travel of the bench, extended by `limit` times
-  the travel.
+- If a controller holds the position, or a spring or gravity that exceeds friction and effort error,
+  the position must stay in the travel of the bench, extended by `limit` times the travel.
 - Other simulations drift, because the axis integrates errors of the effort. An rms error e moves a
   sliding axis of inertia J and viscous friction b by at most e T min(1/b, T/J) during the time T.
   If a model with a spring or gravity drifts further than this bound, it is unstable.

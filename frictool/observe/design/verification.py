@@ -14,8 +14,8 @@ find.
 A rest of the axis needs a separate bound, because the error of the wear alpha stays constant at
 rest (eigenvalue 1). The verification computes the largest growth of e' P e in two cases. In the
 first case, the growth is from the start of a rest of any length to the first sample after the rest.
-In the second case, it is the growth at a transition between two moving modes that is not allowed.
-The report states how long the axis must then move until e' P e has decayed by the same factor.
+In the second case, it is the growth at a forbidden transition between two moving modes. The report
+states how long the axis must then move until e' P e has decayed by the same factor.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class ObserverVerification:
     - simulated_gain: largest |z|/|Delta| in simulation
     - rest: largest growth factor of e' P e from the start of a rest of any length to the first
       sample after the rest
-    - turn: largest growth factor of e' P e at a transition between moving modes that is not allowed
+    - turn: largest growth factor of e' P e at a forbidden transition between two moving modes
     """
 
     gamma: float

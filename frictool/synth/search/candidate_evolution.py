@@ -2,8 +2,8 @@
 
 A child replaces its parent if the child's value is not larger. The objective therefore gets the
 parent's value: it may stop, and return a lower bound, as soon as its value exceeds the parent's.
-`scipy.optimize.differential_evolution` does not provide the parent's value. For the same generator,
-its version 1.17 draws the same points.
+`scipy.optimize.differential_evolution` does not provide the parent's value. With the same random
+generator, scipy 1.17 draws the same points.
 """
 
 from __future__ import annotations

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 def nearest_words(candidate: Candidate, plants: int, reserve: float) -> str:
     """Return a candidate's worst requirement, and the number of its simulated plants, as text.
 
-    plants: number of all plants. reserve: relative distance to the limits that the search requires.
+    - plants: number of all plants
+    - reserve: relative distance to the limits that the search requires
     """
     if candidate.largest_missing > 0.0:
         words = missed_words(candidate)

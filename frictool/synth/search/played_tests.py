@@ -67,8 +67,9 @@ class CandidateJudge(Protocol):
     ) -> JudgedRuns:
         """Simulate a controller and return the results.
 
-        only: indices of the plants, in the order of the simulation. until: function of the results
-        so far, called after each plant; if it returns True, the simulation ends.
+        - only: indices of the plants, in the order of the simulation
+        - until: function of the results so far, called after each plant; if it returns True, the
+          simulation ends
         """
 
 
