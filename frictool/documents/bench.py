@@ -214,8 +214,8 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     def logged_lag_s(self) -> float:
         """Return the time constant [s] of the logged drive signal between two rows of a log.
 
-        The result is 0 if the signal is constant between two rows, as a commanded voltage is: the
-        drive's lag and the winding's inductance delay only its effect.
+        The result is 0 if the signal is constant between two rows. A commanded voltage is constant
+        between two rows: the drive's lag and the winding's inductance delay only its effect.
         """
         return self.loop_time_constant_s if self.drive == "current" else 0.0
 
@@ -419,8 +419,8 @@ class Bench(
     - `encoder`: Position sensor.
     - `actuator`: Actuator and its drive.
     - `mechanics`: Values of the mechanics that are known in advance.
-    - `columns`: For each channel, the column of the log file that contains it. Only the column of
-      `reference` may be missing in a log, as in a test of drive ramps.
+    - `columns`: For each channel, the column of the log file that contains it. A log must have all
+      these columns except `reference`, which a test of drive ramps lacks.
     - `layout`: Layout of the log files, if it cannot be detected.
     - `quadrature`: Pairs of encoder channels to decode. Each key is the name of the new column with
       the counts.

@@ -91,8 +91,8 @@ class Model(
     - `measurement`: Properties of the rig, from `identify --measurement`.
     - `resonances`: Modes of compliant links, from `frictool reduce`. A controller is verified with
       these modes. A model with modes cannot be simulated as a single axis.
-    - `ringing`: Oscillation of the position after stops in the logs, with the undamped frequency at
-      rest. Margins and simulations do not include it.
+    - `ringing`: Oscillation of the position after stops in the logs. Its frequency is valid while
+      the motor rests. Margins and simulations do not include this oscillation.
     - `bench_values_only`: Reason why no parameter was identified (`identify --keep-bench-values`).
       Every parameter then has the value in bench.yaml, and `synth` does not accept the model.
     """

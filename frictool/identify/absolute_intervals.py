@@ -9,15 +9,15 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import FROM_LOGS, Estimate, Quantity
 from frictool.identify.fit_result import CURVE, PARAMETERS, Interval
 
-FORCES = PARAMETERS  # an error of the drive constant scales these parameters if logs gave them
+FORCES = PARAMETERS  # an error of the drive constant scales these parameters if they are from logs
 
 
 @dataclass(frozen=True)
 class ParameterIntervals:
-    """Estimate of one parameter, and two intervals of its value.
+    """Estimate of one parameter, its absolute interval, and its value in bench.yaml.
 
     - absolute: interval that includes the uncertainty of the drive constant
-    - bench: value and interval in bench.yaml; None if bench.yaml does not state the parameter
+    - bench: None if bench.yaml does not state the parameter
     """
 
     name: str

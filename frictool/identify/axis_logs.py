@@ -45,7 +45,8 @@ class AxisLogs:
       if all records have valid measurements
     - drive_off: True if the drive was off in the sliding records (`coast_down.py`)
     - unused_ramps: reason why a log of ramps was left out of `ramps`; None if none was left out
-    - kink: kink of the load, on one side of which all samples lie (`on_one_side`), or None
+    - kink: kink of the load if samples on one side of the kink were removed (`on_one_side`), else
+      None
     """
 
     sliding: list[MotionRecord]
@@ -64,8 +65,8 @@ class AxisLogs:
     def find_kink(self, load: LoadTerms | None) -> LoadKink | None:
         """Return the kink of the load that the sliding records show, or None.
 
-        `load` contains the load terms of a fit in which the bench declares none, or is None. After
-        `on_one_side`, the result is None.
+        `load` contains load terms that replace the terms of the bench; None to use the terms of the
+        bench. After `on_one_side`, the result is None.
         """
         if self.kink is not None or self.drive_off or not self.sliding:
             return None

@@ -116,7 +116,7 @@ def _called(members: list[FleetLog], each: str) -> PurePosixPath:
 
 
 def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
-    """Return relative paths without `..` and without the common parent folder of absolute paths."""
+    """Return relative paths: without `..`, and without the parent that all absolute paths share."""
     rooted = [one for one in called if one.is_absolute()]
     top = (
         PurePosixPath(os.path.commonpath([one.parent for one in rooted]))
@@ -145,8 +145,8 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker process.
 
-    - bench: text of bench.yaml, copied into the model; a `Bench` does not record the fields that
-      the text leaves out
+    - bench: text of bench.yaml, which is copied into the model; a `Bench` does not record which
+      fields the text leaves out
     - bench_input: entry of the bench in the model's provenance
     - patterns: patterns that extract unit and date from the file name of a log
     """

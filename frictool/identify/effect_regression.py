@@ -108,9 +108,10 @@ class EffectRegression:
 
     @property
     def tested(self) -> list[Hypothesis]:
-        """Return the hypotheses in `free`; if `noisy`, only hypotheses unlike the acceleration.
+        """Return the hypotheses in `free` that can be tested.
 
-        A lag of a winding is tested in spite of the noise, as in `explanation_search`.
+        If `noisy`, hypotheses whose columns resemble the acceleration cannot be tested, except a
+        lag of a winding (`explanation_search`).
         """
         hidden = LIKE_ACCELERATION if self.noisy else ()
         lags = self.winding and self.rows.lags(self.used)
@@ -292,7 +293,7 @@ class EffectRegression:
         )
 
     def resonant_inertia(self) -> Interval | None:
-        """Return the inertia if the model also includes a resonance; None if the log shows none.
+        """Return the inertia of a model with a resonance; None if the log shows no resonance.
 
         The log shows a resonance if its coefficient differs significantly from 0 and is negative:
         the load behind a spring increases the reflected inertia.
@@ -308,7 +309,7 @@ class EffectRegression:
         return found["inertia"] if self.rows.probability(one, others) < level else None
 
     def undelayed_viscous(self, viscous: float) -> Interval | None:
-        """Return the inertia if the delay does not act on `viscous` times the velocity.
+        """Return the inertia of a fit in which `viscous` times the velocity is not delayed.
 
         In the regression, viscous a - du/dt replaces the column of the delay, -du/dt; a is the
         acceleration and u the effort. The result is None if the model lacks the delay or the

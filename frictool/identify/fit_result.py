@@ -92,7 +92,8 @@ class Explanation:
       residual
     - effort: rms effort of this part, N m | N
     - probability: p-value of the test that this part of the effort is 0
-    - held_out: error in strokes left out of the fit, divided by the error without this part
+    - held_out: prediction error of the effort in strokes left out of the fit, divided by the error
+      of a fit without this part
     - settle: advice: a change of bench.yaml or a test that would show whether this part exists
     - rivals: physical names of other explanations that predict the strokes equally well
     """

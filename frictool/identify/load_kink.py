@@ -94,8 +94,8 @@ class LoadKink:
     - jump: change of the effort at the knot, N m | N; 0 if only the stiffness changes
     - bend: change of the stiffness at the knot, N m/rad | N/m
     - above: True if most samples lie above the knot
-    - squares: squared prediction error of a stroke relative to the error of the best
-      smooth load, geometric mean
+    - squares: squared prediction error of a stroke, divided by the squared error of the best smooth
+      load; geometric mean over the strokes
     """
 
     position: float
@@ -251,7 +251,7 @@ class _KinkSearch:
         """Return the kink if it fulfils the conditions of the module docstring, else None.
 
         - rivals: squared prediction errors of each stroke with smooth loads, each (s,)
-        - most: largest squared prediction error, relative to the error of the best rival
+        - most: largest allowed squared prediction error, relative to the error of the best rival
         """
         low = float(self.position.min())
         knots = [knot for k in range(1, KNOTS) if self.testable(knot := low + self.step * k)]
@@ -317,7 +317,8 @@ def load_kink(
 ) -> LoadKink | None:
     """Return the kink of the load that the records show, or None.
 
-    `load` contains the load terms of a fit in which the bench declares none, or is None.
+    `load` contains load terms that replace the terms of the bench; None to use the terms of the
+    bench.
     """
     explained = bench if load is None else msgspec.structs.replace(bench, load=load)
     try:

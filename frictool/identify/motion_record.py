@@ -410,10 +410,10 @@ def lagged(record: MotionRecord, lag: float) -> MotionRecord:
 
 
 def held_command(record: MotionRecord, bench: Bench) -> MotionRecord:
-    """Return the record with the held effort of a voltage drive before the lag (`lagged`).
+    """Return the record with the effort of a voltage drive before its lag, held between samples.
 
-    The last sample of each gap-free part has the value before it, because its effect is unknown.
-    The result is `record` for another drive.
+    This reverses `lagged`. The effort of the last sample of each gap-free part has no effect in the
+    record; it is taken as equal to the preceding effort. Another drive leaves the record unchanged.
     """
     if record.lag == 0.0 or not bench.actuator.winding_delays:
         return record

@@ -33,8 +33,8 @@ class Outcome:
     - fit: fit of the sliding logs, or None
     - ramp: breakaway of the ramps, or None
     - laws: laws of friction and load in addition to the parameters, or None
-    - narrowed: refused parameter -> intersection of the range in bench.yaml and the logs' interval,
-      or this range with the value of the logs
+    - narrowed: refused parameter -> interval in the model: intersection of the range in bench.yaml
+      and the logs' interval, or the range in bench.yaml with the value of the logs
     """
 
     identified: Mapping[str, Interval] = field(default_factory=dict)

@@ -60,7 +60,7 @@ def _units(term: str, bench: Bench) -> tuple[PositionLoad, ...]:
 
 
 def _largest(term: str, most: float, logs: AxisLogs) -> tuple[PositionLoad, ...]:
-    """Return loads of a term, in all phases, with the largest effort `most` over the travel."""
+    """Return one load of a term for each phase; each has the largest effort `most`."""
     units = _units(term, logs.bench)
     efforts = load_efforts(units, _travel(term, logs))
     factors = most * unit_loads(list(efforts.T))

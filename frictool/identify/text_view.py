@@ -85,7 +85,7 @@ def temperature_lines(law: FrictionOverTemperature) -> list[str]:
     known = {name: one for name, one in changes.items() if one is not None}
     unchanged = "" if known else "; the logs show no change with the temperature"
     lines = [
-        f"the parameters are those at {law.reference.value:.4g} degC, from logs at {low:.4g} to "
+        f"the parameters are valid at {law.reference.value:.4g} degC; the logs are at {low:.4g} to "
         f"{high:.4g} degC{unchanged}"
     ]
     ends = dict(zip(changes, temperature_factors(law, np.array([low, high])), strict=True))
@@ -94,8 +94,8 @@ def temperature_lines(law: FrictionOverTemperature) -> list[str]:
         cold, hot = ends[name]
         lines.append(
             f"  {name} changes by {100.0 * slope.value:.3g} % per K "
-            f"[{100.0 * slope.interval[0]:.3g}, {100.0 * slope.interval[1]:.3g}]: {cold:.3g} times "
-            f"at {low:.4g} degC, {hot:.3g} times at {high:.4g} degC"
+            f"[{100.0 * slope.interval[0]:.3g}, {100.0 * slope.interval[1]:.3g}]: factor "
+            f"{cold:.3g} at {low:.4g} degC, factor {hot:.3g} at {high:.4g} degC"
         )
     return lines
 

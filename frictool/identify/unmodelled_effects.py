@@ -194,11 +194,12 @@ def _of_windows(
     plain: EffectRegression,
     smoother: EffectRegression | None,
 ) -> list[AcceptedEffects]:
-    """Return the part of the changes with longer windows that chance does not explain.
+    """Return the parameters' changes with longer windows, reduced by what chance explains.
 
-    `smoother` is the regression over windows of twice the length. If the fit approximates a delay
-    or a resonance to first order, the fit is also compared with `plain` and with the regression
-    over the longest windows.
+    `plain` is the regression over the windows of the fit, and `smoother` the regression over
+    windows of twice the length. If the fit approximates a delay or a resonance to first order, the
+    parameters of the fit are also compared with `plain` and with the regression over the longest
+    windows.
     """
     before = plain.intervals()
     out = []
@@ -321,8 +322,8 @@ def _of_reading(
 
     `period` is in s; `slopes` are as in `EffectRegression.timing`. The result is None for a drive
     without a lag, and for a voltage, which is logged before the lag. The record of a current
-    contains the mean of readings before and after the update (`motion_record.py`). Its shift is
-    therefore 0, and the half width of the shift follows from the probability of either reading.
+    contains the mean of readings before and after the update (`motion_record.py`). The shift is
+    therefore 0, and its half width follows from the probabilities of the two readings.
     """
     lag = bench.actuator.logged_lag_s
     late = next((one for one in plain.free if one.term == DELAY), None)

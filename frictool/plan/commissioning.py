@@ -53,7 +53,7 @@ FIRST_RAMPS = 0.1  # requested half width of the breakaway's interval, relative 
 FIRST_STROKES = 0.05  # requested half widths of friction and inertia, relative to their values
 FALLBACK_DURATION = 30.0  # s, of the best strokes if FIRST_STROKES cannot be reached
 FINER = 0.5  # half widths requested from a repeated test, relative to the reached half widths
-LEAST_GAIN = math.sqrt(1.0 / FINER)  # ratio of half widths without and with a useful log
+LEAST_GAIN = math.sqrt(1.0 / FINER)  # least ratio of half widths: without, with a useful log
 SLIDING = ("inertia", "viscous", "coulomb")
 MOST_RAMPS = 2  # largest number of tests of drive ramps
 MOST_STROKES = 2  # logs of motion from which no sliding parameter is identified
@@ -84,8 +84,8 @@ class PlanStep:
     - test: test to play; None if the step has no test
     - reached: precision of each identified parameter
     - model: model identified from all logs; None if nothing is identified
-    - enough: True if a controller meets the specification for every plant that the model allows, in
-      the steps that `why` names
+    - enough: True if a controller meets the specification for every plant that the model allows;
+      `why` names the position steps in which it does so
     - exit_code: exit code of `frictool plan`
     """
 
@@ -161,8 +161,8 @@ def next_step(
 def _no_gain(bench: Bench, logs: Sequence[Log], outcome: IdentifiedModel) -> str:
     """Return why further strokes are useless, or "" if a log of strokes narrowed an interval.
 
-    Each log of strokes is left out once. A useful log decreases a half width by the factor
-    LEAST_GAIN; it was requested to decrease it by FINER.
+    Each log of strokes is left out once. A log is useful if, without this log, a half width is more
+    than LEAST_GAIN times as large. A repeated test is designed for FINER times the half widths.
     """
     kinds, known = outcome.result.kinds, outcome.result.identified
     strokes = [log for log in logs if kinds.get(log.source) == SLIDING_LOG]

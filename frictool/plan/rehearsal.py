@@ -32,7 +32,7 @@ REHEARSALS = 8
 # estimated from REHEARSALS draws lies below the bound, with a confidence of 90 % (noncentral t
 # distribution)
 SPREAD = 3.1
-CONFIRMED_SPREAD = 2.6  # value of SPREAD for at least 2 REHEARSALS draws
+CONFIRMED_SPREAD = 2.6  # value of SPREAD if there are at least twice REHEARSALS draws
 STREAM = 43  # index of the stream of random numbers
 
 

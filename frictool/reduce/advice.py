@@ -27,7 +27,7 @@ WORTH = 0.1  # smallest useful part, relative to the travel
 
 
 def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
-    """Return the largest bandwidth [rad/s] for which all compliant links may be made rigid.
+    """Return the largest bandwidth [rad/s] for which all compliant links can be made rigid.
 
     Up to this bandwidth, which is below every resonance, rigid links change the gain by at most
     `tolerance`. The result is None if no bandwidth suffices or no link is compliant. Raises

@@ -188,7 +188,7 @@ def unstable_earlier(vertices: tuple[stored.Vertex, ...], delay: int) -> str:
     radius, samples, name = max(found)
     return (
         f"the loop is unstable with {delay_words(samples)} at vertex {name} (spectral radius "
-        f"{radius:.4f}): a faster target must wait until the bench's delay ({delay_words(delay)}) "
+        f"{radius:.4f}): faster hardware must wait until the bench's delay ({delay_words(delay)}) "
         "has passed"
     )
 

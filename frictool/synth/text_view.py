@@ -209,8 +209,8 @@ def _margins(controller: Controller) -> list[str]:
         wait = "any" if m.delay_s is None else f"{m.delay_s * 1e3:.3g} ms"
         speed = si_unit("velocity", controller.axis)
         lines.append(
-            f"  worst margins with the delay: gain x {down} to x {up}, phase {phase}, delay "
-            f"{wait} more; "
+            f"  worst margins with the delay: gain x {down} to x {up}, phase {phase}, "
+            f"additional delay {wait}; "
             f"friction to speed {m.small_gain:.4g} {speed}"
         )
     if verified.count_drive is not None:

@@ -49,7 +49,7 @@ def test_text_tells_modes_gamma_and_what_the_certificate_does_not_hold(model: Pa
     )
     for note in (
         "the encoder is coarse",
-        "may reverse without passing mode 0",
+        "can reverse without passing mode 0",
         "the error of alpha is constant",
         "viscous friction above a knee",
     ):

@@ -40,7 +40,7 @@ class NotIdentifiable(FrictoolError):
 
 @dataclass(frozen=True)
 class ParameterAssessment:
-    """Assessment of one parameter; precisions are relative half widths.
+    """Assessment of one parameter; a precision is the half width of its interval, relative to it.
 
     - verdict: method, test and expected precision with the encoder of the bench
     - wanted: requested precision

@@ -53,7 +53,7 @@ class AssessmentInputs:
 
     @property
     def dynamics_known(self) -> bool:
-        """Return whether the a-priori time constants are known well enough to tune a filter."""
+        """Return True if `slowest` is at most KNOWN_DYNAMICS times `fastest`."""
         return math.isfinite(self.slowest) and self.slowest <= KNOWN_DYNAMICS * self.fastest
 
     def with_step(self, step: float) -> AssessmentInputs:

@@ -16,10 +16,10 @@ slip is assumed to be proportional to the breakaway (thesis 4.42).
   count changes (`stribeck_velocity`). If the Stribeck velocity 0 agrees with these times, friction
   is assumed to drop at the onset. The interval covers every Stribeck curve that agrees with these
   times.
-- The interval contains the spread between onsets (jackknife) and the ranges of the axis's
-  parameters (`combined_interval`). A sampled ramp rises by one step per sample. Two errors of half
-  a step, which do not average out, are added: the breakaway lies anywhere within a step, and the
-  log shows a change of the encoder up to half a sample late.
+- The interval includes the scatter between onsets (jackknife), and the effect of every value within
+  the intervals of the axis's parameters (`combined_interval`). A sampled ramp rises by one step per
+  sample. Two errors of half a step, which do not average out, are added: the breakaway lies
+  anywhere within a step, and the log shows a change of the encoder up to half a sample late.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.regression import SingularRegressors
 from frictool.typing import Vector
 
-GRID_POINTS = 200  # grid points over the range at which the breakaway law must be positive
+GRID_POINTS = 200  # number of positions at which a breakaway law must be positive
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,8 @@ class Breakaway:
     - position: position of each onset, (n,), rad | m
     - direction: direction of each onset, (n,), +1 or -1
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: range of the Stribeck velocity after the onset; `interval` includes its effect
+    - fall: range of the Stribeck velocity with which friction falls after an onset; `interval`
+      includes the effect of this range
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     - load_slope: slope of a load [N m/rad | N/m] that explains the onsets as well as `by_position`

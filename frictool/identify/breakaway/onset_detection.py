@@ -52,9 +52,9 @@ SIGNIFICANT, CURVED = 4.0, 2e-3
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
 # the ramp has ended if the effort is below the line by more than this many standard deviations
 LEFT_THE_RAMP = 5.0
-# a motion of at least ADVANCED counts has returned if the axis loses more than RETURNED of it, and
-# if the effort against it stays below OPPOSED times the effort at its onset; yielding drive trains
-# move back by less
+# a motion of at least ADVANCED counts has returned if the axis moves back by more than the fraction
+# RETURNED of the motion, and if the opposite effort stays below OPPOSED times the effort at the
+# onset; a yielding drive train moves back by less
 ADVANCED, RETURNED, OPPOSED = 8.0, 0.5, 0.5
 
 
@@ -85,7 +85,7 @@ class BreakawayOnset:
 
     @property
     def later(self) -> BreakawayOnset:
-        """Return the onset without the first change; the onset itself if there is one change."""
+        """Return the onset without its first encoder change, or unchanged if it has only one."""
         if self.time.size == 1:
             return self
         return replace(self, time=self.time[1:], seen=self.seen[1:] - self.seen[1])

@@ -67,7 +67,7 @@ class _Sliding:
 
 
 class OnsetTable:
-    """Onsets of ramps as arrays, with a cache of the results.
+    """Onsets of ramps as arrays, with a cache of their fitted times and rest positions.
 
     - level, rate, direction, timing: values of each onset, (n,) (`BreakawayOnset`)
     - resolution: encoder step, rad | m

@@ -86,7 +86,7 @@ class OnsetLoad:
 
     @property
     def bounded(self) -> OnsetLoad:
-        """Return a copy in which the loads `most` replace the unit loads with unknown factors."""
+        """Return a copy without `free`, in which the loads `most` are possible loads instead."""
         return replace(self, free=(), possible=(*self.possible, *self.most), constant=True)
 
 
@@ -94,7 +94,7 @@ NO_LOAD = OnsetLoad()
 
 
 def load_errors(load: Load | None) -> tuple[tuple[PositionLoad, ...], ...]:
-    """Return, for each parameter of a fitted load, the load's changes at the interval's ends."""
+    """Return for each parameter of a load: the load's changes at both ends of its interval."""
     if load is None:
         return ()
     parts: list[tuple[PositionLoad, Estimate]] = []

@@ -26,7 +26,7 @@ HIGHEST_ORDER = 6
 FOLLOWING, FEWEST_GROUPS = 4, 12
 SURE = 2.0  # standard errors within which two mean squares are treated as equal
 ROWS_PER_TERM = 6  # number of breakaways needed for each coefficient
-COUNTS_PER_TERM = 6  # range of the breakaways' positions for each coefficient, encoder counts
+COUNTS_PER_TERM = 6  # least range of the breakaways' positions for each coefficient, encoder counts
 
 
 @dataclass(frozen=True)

@@ -212,7 +212,8 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
     """Return the parameters that minimise the squared residual of a simulation.
 
     The search starts at the parameters `known` [SI]. Raises UnusableLogs if the search does not
-    converge, or if the simulation with the final parameters fails or leaves the measured signal.
+    converge, or if the simulation with the final parameters fails or deviates far from the measured
+    signal.
     """
     names = simulated.names
     motion = motion_size(simulated.segments)

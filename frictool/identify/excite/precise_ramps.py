@@ -102,7 +102,7 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
 class RampPlan(NamedTuple):
     """Rate and number of the ramps of a test.
 
-    - number: index of the rate
+    - number: index of the ramps' rate in the grid of rates
     - onsets: number of onsets in both directions together
     - duration: duration of the test, s
     - deviation: standard deviation of the mean breakaway, N m | N
@@ -125,8 +125,9 @@ class _RampDesign:
     def best(self, excess: Vector) -> RampPlan:
         """Return the shortest plan, or the most precise plan of the requested duration.
 
-        excess: for each rate (n,), duration of a test relative to the duration of SPARE ramps per
-        onset. Raises NoSolutionError if no rate is possible.
+        excess: for each rate (n,), duration of the test, divided by the duration of SPARE times as
+        many ramps as onsets; inf for an impossible rate. Raises NoSolutionError if no rate is
+        possible.
         """
         request = self.request
         half = request.wanted["breakaway"] * breakaway_range(self.bench)[1]

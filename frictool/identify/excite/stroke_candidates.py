@@ -113,8 +113,8 @@ def stroke_candidates(
     Raises
     ------
     NoSolutionError
-        If strokes over the whole travel may be shorter than the backlash plus SHORTEST_COUNTS
-        encoder counts, or if every stroke has too few or too many samples.
+        If random reversal positions make strokes over the whole travel shorter than the backlash
+        plus SHORTEST_COUNTS encoder counts, or if every stroke has too few or too many samples.
     """
     limits = limits_of(bench)
     axis, sensing = worst_axis(bench, effects), worst_sensing(bench, noise)
@@ -122,8 +122,8 @@ def stroke_candidates(
     least = axis.backlash + SHORTEST_COUNTS * sensing.step
     if (1.0 - 2.0 * SPREAD) * longest < least:
         raise NoSolutionError(
-            "travel: strokes over the whole travel may be only "
-            f"{(1.0 - 2.0 * SPREAD) * longest:.4g} {limits.unit} long; needed: at least "
+            "travel: random ends shorten the longest strokes to "
+            f"{(1.0 - 2.0 * SPREAD) * longest:.4g} {limits.unit}; needed: at least "
             f"{least:.4g} (backlash and {SHORTEST_COUNTS:g} counts); use a finer encoder or more "
             "travel"
         )

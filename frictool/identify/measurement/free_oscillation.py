@@ -61,7 +61,7 @@ class StopWindow(NamedTuple):
 
     - position, effort: equidistant samples (n,), rad | m and N m | N
     - period: sample period, s
-    - moved: longest distance from the mean position in the time before the window, rad | m
+    - moved: largest distance of the position from the window's mean, before the window, rad | m
     - resolution: encoder count, rad | m
     """
 
@@ -78,7 +78,7 @@ class FreeOscillation(NamedTuple):
     - rate, rate_error: angular frequency w and its standard error, rad/s
     - decay, decay_error: s and its standard error, 1/s
     - amplitude: amplitude at the start of the window, rad | m
-    - share, share_error: share (above), and its standard error
+    - share, share_error: `share` of the module docstring, and its standard error
     """
 
     rate: float
@@ -92,9 +92,9 @@ class FreeOscillation(NamedTuple):
 
 @functools.cache
 def _grid(samples: int) -> tuple[Vector, Vector, Matrix]:
-    """Return w and s (g,) times the window, and orthonormal columns (4 g, samples) of each model.
+    """Return g pairs of w and s, times the window's duration, and columns (4 g, samples).
 
-    The first two columns of each model span the constant and the slope.
+    A pair of w and s has four orthonormal columns; the first two span the constant and the slope.
     """
     time = np.arange(samples) / samples
     cycles = np.geomspace(LEAST_CYCLES, MOST_CYCLES, FREQUENCIES)
@@ -115,11 +115,12 @@ def _columns(time: Vector, rate: float, decay: float) -> Matrix:
 
 
 def coarse_fits(windows: Matrix, highest: float) -> list[tuple[int, float, float]]:
-    """Return some of `windows` (m, n), and w and s of their oscillations, each times the window.
+    """Return indices in `windows` (m, n); for each, w and s times the duration of a window.
 
-    These are the window whose oscillation explains most of the variance, and the last window whose
-    oscillation explains a share EXPLAINED. The first may contain the end of the motion. The list is
-    empty if no oscillation explains a share COARSE. highest: largest w times the window.
+    Two windows are chosen: the window whose oscillation explains the largest fraction of the
+    variance, and the last window whose oscillation explains at least the fraction EXPLAINED. The
+    former may contain the end of the motion. The list is empty if no oscillation explains the
+    fraction COARSE. `highest` is the largest w times the duration.
     """
     rate, decay, basis = _grid(windows.shape[1])
     about_mean = windows - windows.mean(axis=1, keepdims=True)
@@ -144,7 +145,7 @@ def free_oscillation(
 ) -> FreeOscillation | None:
     """Return the free oscillation after `stop`, or None if it is not free or not an oscillation.
 
-    rate, decay: first values of w [rad/s] and s [1/s].
+    rate, decay: start values of w [rad/s] and s [1/s].
     """
     time: Vector = stop.period * np.arange(stop.position.size, dtype=np.float64)
     position: Vector = stop.position - float(stop.position.mean())
@@ -179,7 +180,7 @@ def free_oscillation(
 def _refined(
     time: Vector, position: Vector, rate: float, decay: float
 ) -> tuple[float, float, Vector] | None:
-    """Return w, s and c, d, p, q of the least squares fit near the first values `rate`, `decay`."""
+    """Return w, s and c, d, p, q of the least-squares fit near the start values `rate`, `decay`."""
     columns = _columns(time, rate, decay)
     values = _fitted(columns, position)
     residual = position - columns @ values
@@ -206,7 +207,7 @@ def _fitted(columns: Matrix, values: Vector) -> Vector:
 
 
 def _derivatives(time: Vector, columns: Matrix, values: Vector) -> Matrix:
-    """Return the derivatives (n, 6) of the position by c, d, p, q, w and s."""
+    """Return the derivatives (n, 6) of the position with respect to c, d, p, q, w and s."""
     cosine, sine = columns[:, 2], columns[:, 3]
     by_rate = time * (values[3] * cosine - values[2] * sine)
     by_decay = -time * (values[2] * cosine + values[3] * sine)

@@ -3,7 +3,8 @@
 The first windows after each stop are searched for a free oscillation (`free_oscillation.py`), in
 WINDOWS of different length. A single oscillation may be chance, or an impact. The axis rings if
 
-- at least LEAST_STOPS stops agree in the frequency within AGREE, and at most as many disagree
+- at least LEAST_STOPS stops, and at least half of all stops with an oscillation, agree in the
+  frequency within AGREE
 - the oscillations decay: none grows significantly, and their mean decay differs from 0 by CERTAIN
   standard errors. The amplitude of a self-excited oscillation increases and decreases.
 - effort and load do not cause the oscillations: the mean `share` of the acceleration that they
@@ -38,7 +39,7 @@ SAMPLES = 120  # most samples in a window; samples of the log are averaged
 LEAST_SAMPLES = 18  # fewest samples of the log in a window
 PER_CYCLE = 6.0  # fewest samples of the log in a cycle
 STARTS = 12  # windows after a stop, which start a sixteenth of a window apart
-DRIFT = 0.25  # largest change of the mean between the halves of a window at rest, over its range
+DRIFT = 0.25  # at rest, most change of the mean between a window's halves, relative to its range
 LEAST_RANGE = 3.0  # least range of the position in a window, counts
 LEAST_REVERSALS = 3  # fewest changes of the direction in a window; two visible cycles have four
 APART = 4.0  # least range of the position between two stops, in amplitudes
@@ -59,8 +60,8 @@ class _Found(NamedTuple):
 def ringing(records: Sequence[MotionRecord], model: Model) -> Oscillation | None:
     """Return the oscillation of the axis after its stops, or None if the records show none.
 
-    The interval of the frequency contains a stop's frequency with the confidence of the model.
-    Records with a measured velocity are not searched.
+    The interval of the frequency contains the frequency after one further stop with the confidence
+    of the model. Records with a measured velocity are not searched.
     """
     actuator = model.bench.actuator
     late = (model.bench.delay_samples + 1) * model.bench.sample_period_s
@@ -103,8 +104,8 @@ def _agreed(found: Sequence[FreeOscillation], confidence: float) -> Oscillation 
 def _mean(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """Return the weighted mean of values with standard errors, and the mean's standard error.
 
-    If the values scatter more than their errors allow, the standard error grows in proportion
-    (Birge 1932).
+    If the values scatter more than their errors allow, the standard error is multiplied by the
+    ratio of observed to expected scatter (Birge 1932).
     """
     value, error = np.array(values).T
     weights = np.maximum(error, LEAST_ERROR) ** -2.0

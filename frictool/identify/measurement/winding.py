@@ -260,7 +260,7 @@ class _CurrentModel:
         return float(np.exp(z[0])) * period, float(z[1]) * period
 
     def derivatives(self, value: Vector, lag: float, delay: float) -> Matrix:
-        """Return the derivatives (m, 5) of the current by R, K, L, the delay and the offset."""
+        """Return the derivatives (m, 5) of the current with respect to R, K, L, delay, offset."""
         resistance = 1.0 / value[0]
         constant = -value[1] * resistance
         speeds = self.speeds(lag)

@@ -27,7 +27,7 @@ FITTED_ORDERS = {name: k for k, name in enumerate(OVER_POSITION.names, start=1)}
 
 
 def orders_above(order: int | None) -> frozenset[str]:
-    """Return the names of the orders above `order`, of no order if `order` is None."""
+    """Return the names of the orders above `order`; the empty set if `order` is None."""
     return frozenset(name for name, k in FITTED_ORDERS.items() if order is not None and k > order)
 
 

@@ -73,7 +73,7 @@ def _constant(switched: Switched) -> str:
 
 
 def _intervals(observer: Observer, switched: Switched) -> str:
-    """Return a note if the axis may pass a whole position interval within one sample."""
+    """Return a note if the axis can pass a whole position interval within one sample."""
     widths = [mode.over[1] - mode.over[0] for mode in switched.modes if mode.over is not None]
     top = observer.bench.mechanics.top_speed
     if (
@@ -96,7 +96,7 @@ def _any_interval(switched: Switched) -> bool:
 
 
 def _turning(observer: Observer, switched: Switched) -> str:
-    """Return a note if a motion may reverse without a sample in mode 0 (stuck)."""
+    """Return a note if a motion can reverse without a sample in mode 0 (stuck)."""
     actuator = observer.bench.actuator
     change = (
         actuator.constant.value
@@ -109,7 +109,7 @@ def _turning(observer: Observer, switched: Switched) -> str:
     unit = si_unit("velocity", observer.axis)
     return (
         f"the drive changes the speed by up to {change:.3g} {unit} per sample, so that a motion "
-        f"may reverse without passing mode 0 (below {switched.switch_speed.value:g} {unit}); this "
+        f"can reverse without passing mode 0 (below {switched.switch_speed.value:g} {unit}); this "
         f"switch is not certified{_made_up(switched)}"
     )
 

@@ -3,10 +3,10 @@
     e+ = F ((1 - L C) e - L n) + B a        e: error before the correction, + at the next sample
 
 e contains the errors of position x, speed v and d/J (d: disturbance effort, J: inertia). n is a
-white error of the measured position, a a white error of the acceleration. F and B follow from the
-model x'' = a + d/J over one period. L are the gains, and C = [1 0 0]. Smith's doubling method
-computes the steady covariance of e. If time is expressed in periods, the matrices depend on the
-gains only.
+white error of the measured position, and a is a white error of the acceleration. F and B follow
+from the model x'' = a + d/J over one period. L are the gains, and C = [1 0 0]. Smith's doubling
+method computes the steady covariance of e. If time is expressed in periods, the matrices depend on
+the gains only.
 """
 
 from __future__ import annotations

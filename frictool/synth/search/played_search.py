@@ -332,9 +332,9 @@ class CandidateSearch:
     def _short(self, controller: Controller, parent: float) -> JudgedRuns:
         """Return the results of the test `short`.
 
-        All plants are simulated as long as the worst plant may be added to `hard`. Otherwise, the
-        test stops when the candidate is worse than its parent. The search without the reserve adds
-        no plant, because the search with the reserve has already found the hard plants.
+        The search with the reserve adds the worst plant to `hard`, and therefore simulates all
+        plants as long as `hard` has room. In all other cases, the test stops when the candidate is
+        worse than its parent.
         """
         if self.reserve > 0.0 and len(self.hard) < MOST_HARD:
             return self.tests.short(controller, None)
@@ -357,7 +357,7 @@ class CandidateSearch:
             self.hard.add(worst)
 
     def _move_forward(self, runs: JudgedRuns) -> int | None:
-        """Play the worst plant first from now on; return None if no plant misses the reserve."""
+        """Play the worst plant first from now on, and return it; None if all keep the reserve."""
         each = shortfalls(runs, self.reserve).max(axis=1)
         if each.max() <= 0.0:
             return None

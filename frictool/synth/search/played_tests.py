@@ -37,7 +37,7 @@ class JudgedRuns(Protocol):
 
     @property
     def values(self) -> Vector:
-        """Return the worst value of each requirement [SI], shape (plants, requirements)."""
+        """Return each plant's worst value of each requirement [SI], (plants, requirements)."""
 
     @property
     def reserves(self) -> Vector:
