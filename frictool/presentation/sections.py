@@ -104,7 +104,7 @@ def aligned(rows: Sequence[Sequence[str]], names: int | None = None) -> list[str
 
 
 def plain(text: str) -> str:
-    """Return text from a file without its control characters.
+    """Return text from a file with "?" in place of each character that cannot be printed.
 
     Terminals would execute control characters, and XML forbids them.
     """

@@ -110,7 +110,7 @@ def render(figure: Figure, label: str) -> str:
 
 
 def render_compact(figure: Figure, label: str) -> str:
-    """Return the text of the figure's `<svg>` element with path coordinates rounded to 0.1 point.
+    """Return the text of the figure's `<svg>` element with path coordinates cut to 0.1 point.
 
     The text is shorter than the result of `render`, which matters on a page with many figures.
     `label`: text that screen readers read out.

@@ -33,7 +33,7 @@ class FileDescription:
     """File, or folder of files, on this machine.
 
     path: absolute path of the file or folder.
-    parts: name, relative to the folder, and SHA-256 of each file.
+    parts: (name, SHA-256) of each file; names are relative to the folder that contains `path`.
     size: total size in bytes.
     content: bytes of each file; empty if only the description is sent.
     """

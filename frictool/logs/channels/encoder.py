@@ -8,9 +8,9 @@
              each pulse, `start` changes by a whole number of revolutions. This restores the counts
              lost since the previous pulse.
 
-If the step d still exceeds the distance that the axis covers at top speed, the counter has skipped
-counts. The sign of the skipped counts is unknown. Therefore the step is left as it is and counted
-as a jump.
+If the step d still exceeds the longest step that motion can cause (quality/jumps.py), the counter
+has skipped counts. The sign of the skipped counts is unknown. Therefore the step is left as it is
+and counted as a jump.
 """
 
 from __future__ import annotations

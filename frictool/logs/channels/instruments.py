@@ -18,7 +18,7 @@ class InstrumentBench:
     """Bench with the keys that apply to the files of one instrument.
 
     name: name of the instrument in bench.yaml; None if the file belongs to no instrument.
-    bench: bench with the instrument's columns, layout and sample period.
+    bench: bench with the instrument's columns, layout, quadrature encoders and sample period.
     ahead_ns: time in ns by which the instrument's clock leads the log's clock, from the key
         `clock_offset`; 0 without this key.
     estimate: settings for the estimation of this lead from the samples; None if the lead is not

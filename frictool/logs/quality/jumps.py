@@ -98,9 +98,9 @@ class PositionJumps:
     def wrap_bits(self) -> int | None:
         """Return the number of bits of the counter if the jumps are counter overflows, else None.
 
-        The jumps are overflows under two conditions. Several jumps are as long as the counter's
-        range, within `slack`. The counter values after the jumps span at most this range, within
-        `slack`.
+        The jumps are overflows under two conditions. There are several jumps, and all are as long
+        as the counter's range, within `slack`. The counter values after the jumps span at most this
+        range, within `slack`.
         """
         if (
             self.count < FEWEST_WRAPS
