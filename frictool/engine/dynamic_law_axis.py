@@ -121,7 +121,8 @@ def impose_on_law(axis: Vector, p: Vector, friction: float, viscous: float) -> N
     """Set the law's parameters in `p` to the parameters in `axis`, multiplied by two factors.
 
     `viscous` multiplies the parameters of viscous friction. `friction` multiplies the parameters of
-    dry friction and the stiffness of the contact; the largest deflection therefore stays constant.
+    dry friction, and the stiffness and the damping of the contact; the largest deflection therefore
+    stays constant.
     """
     if not has_dynamic_law(p):
         return

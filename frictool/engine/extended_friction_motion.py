@@ -2,8 +2,8 @@
 
     at rest    the breakaway threshold never falls: the threshold grows with the time at rest, and
                while the velocity of the film decays
-    in slip    Dormand-Prince with error control on speed and film; there is no closed form if
-               Coulomb friction and breakaway vary with position
+    in slip    Dormand-Prince with error control on position, speed and film; there is no closed
+               form if Coulomb friction and breakaway vary with position
 
 The lubricant film is described by a lagged velocity, which determines the Stribeck effect. A piece
 is an interval of time with one mode of motion (motion_pieces.py). Within a piece of slip the

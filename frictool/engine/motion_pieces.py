@@ -2,7 +2,7 @@
 
 A piece is an interval of time in which position x, velocity v, integral q of the position error,
 and effort u are polynomials of the time since the start of the piece. An array `piece` has a row of
-coefficients for x, v, q and, at rest, u.
+coefficients for x, v, q and, outside the Stribeck layer, u.
 """
 
 from __future__ import annotations

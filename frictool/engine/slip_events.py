@@ -33,8 +33,9 @@ def sooner(
 ) -> float:
     """Return the first time [s] up to `longest` at which a polynomial passes `level`, or NEVER.
 
-    The polynomial's coefficients are in `row` of `piece`: 0 for the position, 1 for the velocity.
-    At the returned time, sign * (polynomial - level) falls to zero. `probe` is workspace.
+    The polynomial's coefficients are in `row` of `piece`: 0 for the position, 1 for the velocity, 3
+    for the velocity of a lubricant film. At the returned time, sign * (polynomial - level) falls to
+    zero. `probe` is workspace.
     """
     for k in range(terms):
         probe[k] = sign * piece[row, k]

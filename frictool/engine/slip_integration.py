@@ -9,9 +9,9 @@ The viscous friction is added + viscous w, with coefficients that depend on the 
 i(t) is an exponential, and the load (plant/position_load.py) depends on the position. While the
 motor moves inside the backlash, the Coulomb friction of the backlash replaces all other friction.
 
-A slip ends at a limit of its speed range or of the Stribeck layer, at an end of the range in which
-polynomials describe the friction over position, or when the backlash closes. These events are
-located as roots of the dense output. Between two events, all derivatives are smooth.
+A slip ends at a limit of its speed range or of the Stribeck layer, at an end stop, at an end of the
+range in which polynomials describe the friction over position, or when the backlash closes. These
+events are located as roots of the dense output. Between two events, all derivatives are smooth.
 """
 
 from __future__ import annotations

@@ -32,8 +32,8 @@ class Derivation:
     """Derived equations of a mechanism.
 
     sections: (title, lines) of each section. checked: number of terms whose dimension was checked.
-    directions: for each link, a sentence that names the ends that can drive. notes: a line for each
-    omission or assumption.
+    directions: for each link with losses, a sentence that states whether its second end can drive.
+    notes: a line for each omission or assumption.
     """
 
     name: str

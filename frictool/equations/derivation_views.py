@@ -14,7 +14,7 @@ WIDTH = 118  # characters of a line
 
 
 def as_text(derivation: Derivation, explain: bool = False) -> str:
-    """Return text: sections of equations with units, then the parameters.
+    """Return text: equations with units, driving directions of links, parameters, and notes.
 
     `explain` adds the numbers of the equations in the thesis.
     """

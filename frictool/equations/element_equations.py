@@ -38,8 +38,8 @@ def spring(name: str, element: Spring, notation: Notation, start: float) -> Elem
     """Return the equations of a spring: F = k e + d e' + F0, or F = curve(e) + d e'.
 
     e is the stretch, k the stiffness, d the damping, and F0 the preload. The effort on the first
-    end is -F. start: q_a - q_b at the start [rad | m]. If the document has no key `free`, e is 0 at
-    the start.
+    end is -F. start: q_a - q_b at the start [rad | m]. If a spring with stiffness has no key
+    `free`, e is 0 at the start; with a curve, e is q_a - q_b.
     """
     key = f"links.{name}"
     first, second = element.between
@@ -230,7 +230,8 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
 def source(name: str, element: Source, notation: Notation) -> ElementEquations:
     """Return the equations of a source.
 
-    The effort of the source is an input, or a constant times an input current or voltage.
+    The effort of the source is an input, or a constant times an input current or voltage. The
+    document may add a constant effort u0.
     """
     key = f"sources.{name}"
     block = element.on

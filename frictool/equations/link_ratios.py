@@ -25,7 +25,7 @@ class EffortTransfer:
 
     The effort -p lambda acts on the block a. factor: p. additional: effort W that also acts on the
     block a, for the screw of thesis (2.12). equations: equations of p and W. reason: sentence that
-    names the ends that can drive (thesis 2.1.6).
+    states whether the second end can drive the first (thesis 2.1.6); "" without losses.
     """
 
     factor: Term

@@ -241,8 +241,9 @@ class GridInequalities:
     def margins(self, x: Matrix, y: Matrix, gamma: float) -> Vector:
         """Return the smallest relative eigenvalue (points,) of the inequalities at each grid point.
 
-        A relative eigenvalue is an eigenvalue divided by the largest eigenvalue of the same matrix.
-        All values are positive if all inequalities hold. x, y: coefficients of X and Y.
+        A relative eigenvalue is an eigenvalue divided by the largest absolute eigenvalue of the
+        same matrix. All values are positive if all inequalities hold. x, y: coefficients of X and
+        Y.
         """
         smallest = []
         for cell, sides in zip(self.cells, self.sides, strict=True):

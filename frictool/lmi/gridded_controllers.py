@@ -15,9 +15,10 @@ With V = -W^-1, E = [0; D12] and F = [D21'; 0]:
                                                for every rate
 
 In the last two formulas, L1 is evaluated for C^ = 0, and L2 is evaluated for B^ = 0. e > 0 is a
-small regularising weight, needed if D12 or D21 does not have full rank. The code uses the largest e
-for which both inequalities hold at every point. A smaller e does not improve the guaranteed gamma,
-and gives the controller faster poles.
+small regularising weight, needed if D12 or D21 does not have full rank. If both have full rank, the
+code first tries e = 0. If the inequalities then fail at a point, or a matrix does not have full
+rank, the code uses the largest tried e for which both inequalities hold at every point. A smaller e
+does not improve the guaranteed gamma, and gives the controller faster poles.
 """
 
 from __future__ import annotations
@@ -143,7 +144,7 @@ class _ScheduledPlant:
 def lyapunov(solution: GriddedSolution, values: Values) -> Matrix:
     """Return the Lyapunov matrix P(r) of the loop with a scheduled controller, at r = `values`.
 
-    P solves [X I; I 0] P = [I Y; 0 N'], with X and Y of the solution and N' = I - X Y.
+    P solves P [X I; I 0] = [I Y; 0 N'], with X and Y of the solution and N' = I - X Y.
     """
     back = scipy.linalg.block_diag(np.linalg.inv(solution.t), np.eye(len(solution.t)))
     return np.asarray(back.T @ _balanced(solution, values) @ back)

@@ -263,7 +263,7 @@ def _trace(problem: GridInequalities) -> Vector:
 def _widest(problem: GridInequalities, gamma: float, smallest: Vector) -> Vector:
     """Return the decision vector with the largest b in [X bI; bI Y] > 0.
 
-    The mean trace of X and Y is nearly minimal.
+    The mean trace of X and Y is at most TRACE_SLACK times its minimum.
     """
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(

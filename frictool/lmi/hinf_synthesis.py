@@ -14,8 +14,8 @@ a gamma slightly above the optimum. The first minimises trace(R + S). The second
 to TRACE_SLACK times its minimum and maximises b subject to [R bI; bI S] >= 0. [R I; I S] is then
 far from singular, which avoids very large coefficients of the controller.
 
-For one plant, two Riccati equations give gamma, R and S (riccati_synthesis.py). If R and S violate
-the inequalities, the solver is used.
+For one plant, two Riccati equations give gamma, R and S (riccati_synthesis.py). If they do not
+apply, or do not give usable R and S, the solver is used.
 """
 
 from __future__ import annotations
@@ -254,7 +254,7 @@ def _smallest(problem: BoundedRealInequalities, gamma: float) -> Vector:
 def _widest(problem: BoundedRealInequalities, gamma: float, smallest: Vector) -> Vector:
     """Return the decision vector with the largest b in [R bI; bI S] >= 0.
 
-    trace(R + S) is nearly minimal.
+    trace(R + S) is at most TRACE_SLACK times its minimum.
     """
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(

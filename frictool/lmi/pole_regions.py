@@ -91,7 +91,8 @@ def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> Tran
     """Return the change of variable that maps the region of poles to a disc or half-plane.
 
     The image of the region is the unit disc or the left half-plane. If `region` is None, the region
-    contains all stable poles. Raises ValueError if the region contains unstable poles.
+    contains all stable poles. Raises ValueError if the region contains unstable poles, or if it is
+    a half-plane and the plants are sampled.
     """
     sampled = plants[0].period > 0.0
     if isinstance(region, PoleDisc):

@@ -9,8 +9,8 @@ subject to
     |z| <= nu |w|                   y = C_i x + n_i w: noise w, which enters the error as -L_i n_i w
 
 Both bounds are proved with the same P_i. For every allowed switch (i, j), a slack matrix G_i
-replaces the factor P_i of (6.6), with V_i = G_i' L_i. In the noise inequality -V_i n_i replaces
-G_i' Q_i:
+replaces the factor P_i of (6.6), with V_i = G_i' L_i. In the noise inequality, -V_i n_i replaces
+G_i' Q_i, nu replaces gamma, and lambda is 1:
 
     [lambda^2 P_i - C-bar_i' C-bar_i   0           A_i' G_i - C_i' V_i']
     [ *                                gamma^2 I   Q_i' G_i            ]  >  0
@@ -84,8 +84,7 @@ def quiet_gains(
     - decay: largest factor on the error per sample
     - factor: allowed bound gamma of |weighted error|/|model error|, divided by the smallest gamma
     - apart: for each mode, mask (n, m) of the gains that are allowed to differ from 0; states with
-      equal rows
-      of the mask must be consecutive
+      equal rows of the mask must be consecutive
 
     Raises NoSolutionError if a mode is not detectable, or if no gains are proved for `factor` times
     the smallest gamma. Raises ValueError for a decay outside (0, 1] or a factor of at most 1.

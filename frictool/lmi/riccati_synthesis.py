@@ -36,7 +36,8 @@ FIRST, FACTOR, LARGEST = 1.0, 4.0, 1e6  # first gamma tried, factor to the next 
 def smallest_gamma(plant: GeneralisedPlant) -> float | None:
     """Return an upper bound of the smallest gamma, with a relative error of at most PRECISION.
 
-    The result is None if the plant does not meet the conditions of the Riccati equations.
+    The result is None if the plant does not meet the conditions of the Riccati equations, or if the
+    smallest gamma is not between 1/LARGEST and LARGEST.
     """
     continuous = _continuous(plant)
     if not _regular(continuous):

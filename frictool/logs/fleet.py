@@ -45,7 +45,7 @@ def members(logs: Iterable[Path]) -> list[FleetLog]:
     the names of its logs are paths relative to this folder. If several folders are listed, each
     name begins with the name of the folder.
 
-    Raises LogError if a folder contains no log, or if only tables of results are listed.
+    Raises LogError if a folder contains no log, or if all files are tables of results.
     """
     logs = list(logs)
     several = sum(is_fleet([log]) for log in logs) > 1

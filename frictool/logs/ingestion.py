@@ -103,10 +103,13 @@ def ingest(
         File to write. After an error, the file is unchanged.
     bench : Bench, optional
         Bench with `columns` that describe the files; not needed for canonical logs.
+    request : IngestRequest
+        Options of the conversion.
 
     Returns
     -------
     IngestedLog
+
         Headers and time bases of the written streams. `assembly.warnings` and `assembly.losses`
         list the defects of the files.
 

@@ -135,7 +135,10 @@ class LogAssembly:
 
     @property
     def losses(self) -> list[DataLoss]:
-        """Return the losses of all files in log time; complete after all samples have been read."""
+        """Return all losses except `earlier_losses`; complete after all samples have been read.
+
+        The times of the losses are times of the log.
+        """
         collected = LossList()
         for loss in self.lost:
             collected.append(loss)
@@ -200,7 +203,8 @@ def add_tables(
     If only the column of the reference is missing, as in a test of drive ramps, the result is a
     warning, not an error.
 
-    stem: "" for the first file of the log; the file name without suffix for any other file.
+    stem: "" for the first file of the log; for any other file, its name without suffix or the name
+        of its instrument.
     ahead_ns: time in ns by which the file's clock leads the log's clock.
     """
     ready, findings = prepare_tables(tables, bench)

@@ -52,8 +52,8 @@ class LogOrigin:
 class LogName:
     """Path of a log, as shown to the user.
 
-    folder: name of the folder that contains the file if the log was found in a listed folder; "" if
-        the log itself was listed.
+    folder: last folder in the path `file` if the log was found in a listed folder; "" if this path
+        has no folder or the log itself was listed.
     """
 
     file: str

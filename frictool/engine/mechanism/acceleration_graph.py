@@ -104,7 +104,7 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 
 @bare_kernel
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
-    """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at this zero.
+    """Return (True, x) with Lambda(x) = 0, or (False, x) if no zero with a rising Lambda is found.
 
     Lambda(x) is the force that the tree needs for the acceleration x of its root. towards:
     direction in which a root at rest starts, so that x * towards >= 0; 0 for a moving root. gross:

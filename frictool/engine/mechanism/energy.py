@@ -24,9 +24,9 @@ class EnergyBalance(NamedTuple):
     """Energies of a mechanism [J].
 
     stored: energy in couplings (0 if unstrained) and in pushes, which are constant or
-    position-dependent efforts (0 at position 0, or at the first point of a curve). put_in: work of
-    sources and external efforts. lost: work that all other elements absorb, minus the work that
-    they return.
+    position-dependent efforts (0 at position 0). The energy of a curve is 0 at its first point.
+    put_in: work of sources and external efforts. lost: work that all other elements absorb, minus
+    the work that they return.
     """
 
     kinetic: float

@@ -86,7 +86,10 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
 
 @bare_kernel
 def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
-    """Return (low, high, tolerance) of the force that a block at rest needs from its joint."""
+    """Return (low, high, tolerance) of the force that a block at rest needs from its joint.
+
+    The force is the force at the load end of the joint; the loss of the joint is neglected.
+    """
     ratio = ly.ratio(p, ly.joint_row(k, ly.joint_of(k, i)))
     low = w[rows.NEED, i]
     high = w[rows.NEED_HIGH, i]

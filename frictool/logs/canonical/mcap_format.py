@@ -66,8 +66,9 @@ def write_mcap(log: Log, stream: BinaryIO) -> None:
     Times are rounded to ns. MCAP allows no negative times. If a log starts before time 0, its times
     are shifted, and `read_mcap` removes the shift.
 
-    Raises LogError if a stream is empty, a value is not finite, or times do not increase by at
-    least 1 ns. Raises ValueError if the name of a topic or signal is not allowed in ROS 2.
+    Raises LogError if a stream is empty, a value is not finite, a time exceeds LATEST, or times do
+    not increase by at least 1 ns. Raises ValueError if the name of a topic or signal is not allowed
+    in ROS 2.
     """
     written = tuple(_head(one) for one in log.streams)
     times = [_nanoseconds(log.source, one) for one in log.streams]

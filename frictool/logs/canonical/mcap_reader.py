@@ -91,7 +91,11 @@ class CanonicalStream:
     warnings: tuple[str, ...] = ()
 
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
-        """Yield the samples; damaged data is skipped, because `open_mcap` has recorded it."""
+        """Yield the samples.
+
+        Damaged data raises LogError. If `salvage` is True, it is skipped, because `open_mcap` has
+        recorded it.
+        """
         path = Path(self.source)
         with open_log(path) as stream:
             walk = CanonicalReader(path, stream, [] if salvage else None, self.chunks)

@@ -85,7 +85,10 @@ class FileRecords:
         return self._bytes.offset
 
     def __iter__(self) -> Iterator[FileRecord | LooseMessages | DamagedBytes]:
-        """Yield the records up to the footer; raise OSError if the file cannot be read."""
+        """Yield the records up to the footer, except attachments.
+
+        Raises OSError if the file cannot be read.
+        """
         take = self._bytes.take
         if take(len(MAGIC)) != MAGIC:
             yield DamagedBytes(0, len(MAGIC), "it does not begin like an MCAP file of version 0")
@@ -239,8 +242,8 @@ def _is_header(body: bytes) -> bool:
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
     """Return True if the lengths inside a body agree with the record's length.
 
-    The result is False for a kind of record that contains no lengths, because reading is not
-    resumed at such a record.
+    The times of a message and the length of a footer or data end record are checked instead. The
+    result is False for all other kinds of records, because reading is not resumed at them.
     """
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
         start, end, _, _, name = _CHUNK.unpack_from(body)

@@ -187,7 +187,7 @@ def write_streams(
 ) -> None:
     """Write the chunks of all streams in order of time, then the end of the file.
 
-    streams: blocks of samples of each stream. The writer adds `shift_ns` to their times in ns.
+    streams: blocks of samples of each stream; the writer's `shift_ns` is added to their times.
     last: function that is called after all samples have been read, and returns additional metadata
         records.
     """

@@ -4,7 +4,7 @@
 
 Two fast methods are tried. If neither gives a certain result, Python converts the text.
 
-- w < 2^53 and |q| <= 22: both factors are doubles, so that one multiplication or division rounds
+- w <= 2^53 and |q| <= 22: both factors are doubles, so that one multiplication or division rounds
   once (W. D. Clinger, 1990).
 - Otherwise, the leading 64 bits of w * 5^q are computed from a table of the leading 64 bits of the
   powers. Because the table is truncated, the product is wrong by less than 2 units of its last bit.

@@ -58,7 +58,7 @@ class NumberField:
         """Yield the paths of the field's numbers.
 
         An element of an array with labels has two paths. The paths with labels come first, then the
-        paths with indices.
+        paths with indices. The numbers of an array longer than MOST_LISTED are not listed.
         """
         if self.count is None:
             yield self.path
@@ -92,8 +92,9 @@ class MessageLayout:
     """Offsets of the numbers in a message of `size` bytes.
 
     leaves: all fields of numbers in the message.
-    guards: offset and expected bytes of each length of a string or array in the message. The layout
-        is valid only for messages with the same bytes at these offsets.
+    guards: offset and expected bytes of the byte order, of each length of a string or sequence, and
+        of the texts that label array elements. The layout is valid only for messages with the same
+        bytes at these offsets.
     """
 
     size: int

@@ -103,7 +103,7 @@ class _McapPass:
         }
 
     def take(self, opcode: int, body: bytes) -> None:
-        """Store a schema or channel record.
+        """Store what a record declares.
 
         A damaged record is ignored. The damage is reported when a message of its channel is read.
         """

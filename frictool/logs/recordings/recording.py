@@ -103,7 +103,7 @@ class Topic:
     def sample(self, messages: Messages) -> None:
         """Set `paths`, `stamp` and `apart_s` from the topic's first messages.
 
-        Damaged messages are ignored, and so are stamps of 0.
+        Damaged messages only set `refused`. Stamps of 0 are ignored.
         """
         first = messages.at(slice(0, max(0, SAMPLED - self.sampled)))
         self.sampled += first.start.size

@@ -29,7 +29,8 @@ def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
 
     Files with names such as `run_0.mcap` and `run_1.mcap` are parts of one recording if they are
     listed one after the other. Their numbers must begin at 0; their order does not matter. Any
-    other file is a recording by itself. Raises LogError if a folder is not a ROS 2 bag.
+    other file, and any canonical log, is a recording by itself. Raises LogError if a folder is not
+    a ROS 2 bag.
     """
     recordings: list[tuple[Path, ...]] = []
     left = list(paths)

@@ -72,8 +72,9 @@ def _ends_in_unit(name: str) -> bool:
 def name_and_unit(cell: str) -> tuple[str, str | None]:
     """Return name and unit of a header cell: `speed [rpm]`, `speed (rpm)` or `speed/rpm`.
 
-    A text in brackets is a unit. A text in parentheses or after a slash is a unit only if the units
-    library knows it. A whole number is an index, as in `q[0]` and `pos (1)`.
+    A text in brackets is a unit. A text in parentheses or after a slash is a unit only if `is_unit`
+    recognises it and the text before it does not end in a unit. A whole number is an index, as in
+    `q[0]` and `pos (1)`.
 
     >>> name_and_unit("speed (r/min)"), name_and_unit("torque (filtered)"), name_and_unit("U/V")
     (('speed', 'rpm'), ('torque (filtered)', None), ('U', 'V'))

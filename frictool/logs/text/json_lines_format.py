@@ -58,7 +58,10 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the table of the file; raise LogError if the first line is not a JSON object."""
+    """Return the table of the file.
+
+    Raises LogError if the first line is not a JSON object, or if the first lines have no number.
+    """
     return (JsonLinesTable(path),)
 
 
