@@ -136,7 +136,10 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
 
 
 def causes(findings: Findings) -> list[PageFigure]:
-    """Return, for each significant factor, a figure of the failing share over its range."""
+    """Return figures of the failing share over the range of the most significant factors.
+
+    The result is empty without a comparison of all failing with all passing trials.
+    """
     questions = findings.sensitivity.questions
     if not questions or questions[0].name != "":
         return []

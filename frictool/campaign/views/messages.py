@@ -19,7 +19,7 @@ def number(value: float | None) -> str:
 
 
 def unit_shown(unit: str) -> str:
-    """Return the unit with superscript exponents; "" for a dimensionless number."""
+    """Return the unit with "²" in place of "^2"; "" for a dimensionless number."""
     return "" if unit == "1" else unit.replace("^2", "²")
 
 

@@ -19,7 +19,7 @@ OUTCOMES = {True: "MET", False: "NOT MET", None: "UNDECIDED"}
 def played_lines(
     verdict: PlayedVerdict, plants: Sequence[str], scenario: str, steps: str, colour: bool = False
 ) -> list[str]:
-    """Return a line for each requirement with its worst plant, then a line with the verdict.
+    """Return lines: scenario, requirements with their worst plants, failed simulations, verdict.
 
     `plants`: names of the plants by index.
     `scenario`: description of the scenario.

@@ -64,7 +64,7 @@ def fails_where(findings: Findings, factor: int, region: FailureRegion) -> str:
 
 
 def influence_lines(findings: Findings, influence: MetricInfluence) -> list[str]:
-    """Return a line with the significant factors and their shares of the variance.
+    """Return a line with the significant factors and their shares of the variance, or a reason.
 
     A second line shows the variance shares of the ranks if `influence.by_rank` is True.
     """

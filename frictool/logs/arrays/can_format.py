@@ -54,9 +54,9 @@ def _reader_of(head: bytes) -> str | None:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return a table for each message that the DBC defines and the log contains.
+    """Return a table for each message that the DBC defines and the first FRAMES frames contain.
 
-    Raises LogError if the DBC is missing or damaged, or defines no frame of the log.
+    Raises LogError if the DBC is missing or damaged, or defines none of these frames.
     """
     with open_log(path) as stream:
         reader = _reader_of(stream.read(4096))
