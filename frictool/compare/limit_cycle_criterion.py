@@ -61,7 +61,7 @@ def _half_range(position: Vector) -> float:
 
 
 def _period(time: Vector, position: Vector) -> float | None:
-    """Return the mean time between upward crossings of the mean; None if there are fewer than 2."""
+    """Return the mean time between upward crossings of the mean; None without two crossings."""
     offset = position - 0.5 * (position.max() + position.min())
     before = np.flatnonzero((offset[:-1] < 0.0) & (offset[1:] >= 0.0))
     if before.size < 2:

@@ -541,8 +541,8 @@ class Controller(
     - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices
       include the resonances; norms and certificate do not.
     - `stiffness`: Stiffness of the spring in the model. Stability and the modulus margin at the
-      vertices are verified without the spring and at both ends of the stiffness. Norms and
-      certificate are valid without the spring.
+      vertices are verified without the spring and at both ends of the interval of the stiffness.
+      Norms and certificate are valid without the spring.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is replaced
       by its last valid value. After more invalid samples, the drive becomes 0 and the fault flag is
       set.

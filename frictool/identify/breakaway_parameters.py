@@ -120,7 +120,7 @@ def _refuse_returning(logs: AxisLogs, sliding: Outcome) -> None:
             raise UnusableLogs(
                 f"after {100 * share:.3g} % of ramps, the axis moves back to about {rest:.3g} "
                 f"{unit} undriven: a load exceeds the breakaway; log {enough} strokes through "
-                "there, or remove the load"
+                "this point, or remove the load"
             )
 
 

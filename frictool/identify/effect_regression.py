@@ -522,7 +522,7 @@ def other_inertia(fit: SlidingFit) -> bool:
 
 
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
-    """Return whether noise may bias the inertia downwards by more than its half width."""
+    """Return whether noise can lower the inertia by more than the half width of its interval."""
     inertia = fit.parameters.get("inertia")
     if "inertia" not in regression.rows.base:
         return False

@@ -131,7 +131,7 @@ class LoadKink:
             f"{abs(self.bend):.3g} {si_unit('stiffness', bench.axis)}"
         )
         side = "above" if self.above else "below"
-        return f"{change} at {self.position:.3g} {unit}{also}; the model holds {side} it only"
+        return f"{change} at {self.position:.3g} {unit}{also}; the model is valid {side} it only"
 
     def warning(self, bench: Bench) -> str:
         """Return the warning that names the kink and its possible causes."""

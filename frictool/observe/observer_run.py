@@ -68,7 +68,8 @@ class ObserverRun:
     def take(self, piece: MotionBlock) -> ObserverOutput:
         """Process a block, which must not be empty; return the estimates at its samples (n,).
 
-        At the first block and after a gap, the observer starts at rest at the first position.
+        At the first block and after a gap, the observer starts at rest at the first position of the
+        block.
         """
         if not (self.is_begun and piece.follows):
             self._start(float(piece.position[0]))

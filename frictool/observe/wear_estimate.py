@@ -19,8 +19,10 @@ class EstimateRange:
     def over(self, other: EstimateRange) -> EstimateRange:
         """Return the ratio of this estimate to an independent estimate; both must be positive.
 
-        With the relative half widths a and b of both estimates, the relative half width of the
-        result is sqrt(a^2 + b^2). The lower and the upper end have separate half widths.
+        With the relative half widths a of this estimate and b of the other, the relative half width
+        of the result is sqrt(a^2 + b^2). The lower end of the result follows from the half width a
+        below this value and b above the other value; the upper end follows from a above this value
+        and b below the other value.
         """
         ratio = self.value / other.value
         below = ((self.value - self.low) / self.value) ** 2 + (

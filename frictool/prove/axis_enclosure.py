@@ -39,7 +39,7 @@ class Ambiguous(Exception):
 
 @dataclass(frozen=True)
 class PlantBox:
-    """Parameters of an axis as intervals in SI units, with the names of plant/axis.py.
+    """Parameters of an axis as intervals in SI units; plant/axis.py explains the names.
 
     gap_coulomb, gap_breakaway: Coulomb friction and breakaway of the motor inside the backlash.
     `lag` [s], `drive_limit`, `backlash` and the sample period `period` [s] are exact numbers.

@@ -233,7 +233,7 @@ class CellRatios:
 
 @dataclass(frozen=True)
 class AxisFixed:
-    """Properties of the axis that all plants of the box share, with the names of AxisCell."""
+    """Properties of the axis that all plants of the box share; AxisCell explains the names."""
 
     period: float
     lag: float
@@ -378,7 +378,7 @@ class StepBounds:
     - late: position at the samples from `settled` on
     - error: largest distance of the position from its final value, from `response` on
     - still: time from the beginning of the step to rest [s]
-    - contact, far: contact with the load at the end (StepStart)
+    - contact, far: contact with the load at the end of the step, as in StepStart
     - positions (n, 2): least and largest position at each sample
 
     `settled` and `response` are fields of StepPlan.

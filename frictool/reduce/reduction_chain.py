@@ -41,7 +41,8 @@ class ReductionChain:
     one: one-inertia model of the mechanism after the last step.
     source, sensor: names of the source and the sensor that the controller uses.
     kept: names of the links that are still compliant after the last step.
-    play: width of each backlash, in the coordinates of its block, the actuator and the sensor.
+    play: three widths of each backlash: in the coordinates of its block, of the actuator and of the
+    sensor.
     """
 
     whole: Mechanism

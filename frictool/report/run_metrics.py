@@ -105,7 +105,8 @@ class RunMetrics:
     ) -> Outcome:
         """Return (drive at rest, met); met is None if no hold is long enough.
 
-        The value is inf if the axis moves with a drive within the limit.
+        The drive at rest is replaced by inf if the axis moves although the drive is within its
+        limit.
         """
         assert self._after is not None
         motions, drives = [], []

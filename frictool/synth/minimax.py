@@ -171,7 +171,8 @@ def _drawn(
 ) -> Vector:
     """Draw a random controller whose loop crosses over near the expected frequency.
 
-    The poles lie in the upper part of their region, the zeros near a third of the crossover.
+    The poles lie in the upper part of their region, the zeros near a third of the crossover
+    frequency.
     """
     low, high = structure.limits()
     crossing = structure.around * np.exp(random.uniform(-1.0, 1.0))

@@ -34,7 +34,7 @@ class PlacementVariable:
     period: float = 0.0
 
     def pole(self, s: complex) -> complex:
-        """Return the value of x for the continuous pole s [rad/s].
+        """Return the value of the variable x for the continuous pole s [rad/s].
 
         In discrete time, the pole is sampled first: z = exp(s h).
         """

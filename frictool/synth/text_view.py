@@ -211,7 +211,7 @@ def _margins(controller: Controller) -> list[str]:
         lines.append(
             f"  worst margins with the delay: gain x {down} to x {up}, phase {phase}, "
             f"additional delay {wait}; "
-            f"friction to speed {m.small_gain:.4g} {speed}"
+            f"largest norm from friction to speed {m.small_gain:.4g} {speed}"
         )
     if verified.count_drive is not None:
         share = 100.0 * verified.count_drive / controller.drive_limit

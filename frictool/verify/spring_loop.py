@@ -1,4 +1,4 @@
-"""Check of the loops of an axis with a spring, at every vertex and at both ends of its stiffness.
+"""Check of the loops of an axis with a spring, at every vertex and for the extreme stiffnesses.
 
 The plants of a design and of its certificate have no spring. The spring adds the effort stiffness
 times position to the equation of motion. This term is linear, so that the check includes the spring
@@ -35,7 +35,7 @@ UNREACHED = 1e-9  # relative size of an input that does not excite a mode
 
 @dataclass(frozen=True)
 class SpringCheck:
-    """Worst spectral radius and modulus margin of all loops, vertices and ends of the stiffness.
+    """Worst spectral radius and modulus margin of all loops, vertices and extreme stiffnesses.
 
     `where` names the loop, the vertex and the stiffness with the largest spectral radius if it is 1
     or more, otherwise with the smallest margin.
@@ -53,7 +53,7 @@ def spring_check(
     stiffness: Estimate,
     resonances: Resonances | None,
 ) -> SpringCheck | None:
-    """Return the worst spectral radius and margin of all loops, plants and ends of the stiffness.
+    """Return the worst spectral radius and margin of all loops, plants and extreme stiffnesses.
 
     - axis: time constant of the drive [s], and computational delay [samples]
     - stiffness: stiffness of the spring [N m/rad | N/m] with its interval

@@ -40,7 +40,7 @@ class NotIdentifiable(FrictoolError):
 
 @dataclass(frozen=True)
 class ParameterAssessment:
-    """Assessment of one parameter; a precision is the half width of its interval, relative to it.
+    """Assessment of one parameter; precisions are half widths relative to the parameter's value.
 
     - verdict: method, test and expected precision with the encoder of the bench
     - wanted: requested precision

@@ -147,7 +147,7 @@ def share_at_rest(record: MotionRecord) -> float:
 
 
 class _Heaviest(NamedTuple):
-    """Largest inertia and viscous friction that the axis may have, in SI units."""
+    """Largest possible inertia and viscous friction of the axis, in SI units."""
 
     inertia: float
     viscous: float

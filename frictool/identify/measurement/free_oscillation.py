@@ -11,8 +11,8 @@ displacement. An elastic drive train or an elastic contact oscillates without su
 - J: inertia; k: stiffness of the load over the position
 
 `share` is about 1 if a controller or a load makes a rigid axis oscillate, and small in a free
-oscillation.
-The logged effort can lead or lag the position. The largest `share` over a range of delays is used.
+oscillation. The logged effort can lead or lag the position. The largest `share` over a range of
+delays is used.
 
 The best point of a grid over w and s is the start of Gauss-Newton steps. The standard errors allow
 for correlation of the residuals of neighbouring samples, and for the rounding to encoder counts.

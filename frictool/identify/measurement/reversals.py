@@ -90,7 +90,7 @@ class ReversalRows:
     - slope: weighted mean of the derivative of the effort, (n,)
     - effort, stroke: weighted mean of the effort, and number of the stroke, (n,)
     - advance: distance since the last reversal, (m,), rad | m
-    - sign, moving: direction and velocity, (m,)
+    - sign, moving: direction of the motion (+-1 or 0) and velocity, (m,)
     - mask: True for samples in the middle of the window of a row, (m,)
     - g: weights of the means, the test function of the weak form
     - count: encoder resolution, rad | m

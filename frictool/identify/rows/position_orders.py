@@ -39,9 +39,9 @@ def spline_scale(orders: Vector, coefficients: Vector) -> float:
 def weak_orders(parameters: Mapping[str, Interval], confidence: float) -> tuple[str, ...]:
     """Return the fitted orders whose intervals are wider than their intervals under the prior.
 
-    For the scale t of the prior, the square of each coefficient is reduced by the coefficient's
-    variance; a negative difference counts as 0. The result is empty if all orders have such wide
-    intervals, because the effect would otherwise lose all its columns.
+    The scale t of the prior follows from the squares of the coefficients; each square is reduced by
+    the coefficient's variance, and a negative difference counts as 0. The result is empty if all
+    orders have such wide intervals, because the effect would otherwise lose all its columns.
     """
     fitted = {name: parameters[name] for name in FITTED_ORDERS if name in parameters}
     if not fitted:

@@ -79,7 +79,7 @@ class Judgement:
 
     @property
     def warning(self) -> str | None:
-        """Return answer and advice if the answer is no or undecided; else the advice or None."""
+        """Return answer and advice; after a yes only the advice, or None without advice."""
         return (self.advice or None) if self.holds else f"{self.line}; {self.advice}"
 
 

@@ -23,7 +23,7 @@ class MoveRepeats:
         self._counts: list[int] = []
 
     def take(self, gram: Vector) -> None:
-        """Add a move; `gram` (k, k) is the Gram matrix of its k columns of dry friction."""
+        """Add a move; `gram` (k, k) is the Gram matrix of the move's k columns of dry friction."""
         sizes = np.sqrt(np.diag(gram))
         sizes = sizes / max(float(np.sqrt(sizes @ sizes)), np.finfo(float).tiny)
         if self._different is None:

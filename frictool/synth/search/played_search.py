@@ -211,7 +211,7 @@ class CandidateSearch:
         return self.outcome(found)
 
     def run_from(self, start: Vector, progress: Callable[[str], None]) -> FamilyOutcome:
-        """Search near a point (d,) of the unit cube without a reserve, and return the outcome."""
+        """Search near a point (d,) of the unit cube, without a reserve; return the outcome."""
         random = self._begin(progress)
         progress(f"search: {self.family.name}, from the design of an easier specification")
         self.reserve = 0.0
