@@ -187,7 +187,10 @@ class Program:
         return state
 
     def valid(self, one: ProgramNode) -> ProgramNode:
-        """Return a node that is true if an input is a finite number."""
+        """Return a node that is true if an input is a finite number.
+
+        Raises ValueError if `one` is not an input of the program.
+        """
         if one.op != "input":
             raise ValueError(
                 f"the operand of `valid` is {one.op}; allowed: an input of the program, because no "

@@ -37,6 +37,8 @@ class RealNumbers:
     def literal(self, value: float) -> str:
         """Return a C literal with the fewest digits that preserve every bit.
 
+        Raises NoSolutionError if the value is beyond the range of float.
+
         >>> RealNumbers("double").literal(0.1), RealNumbers("float").literal(0.1)
         ('0.1', '0.1f')
         >>> RealNumbers("double").literal(1e-05)

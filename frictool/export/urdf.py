@@ -44,7 +44,7 @@ class XmlElement:
     children: list[XmlElement] = field(default_factory=list)
 
     def child(self, name: str) -> XmlElement | None:
-        """Return the first child of this name."""
+        """Return the first child of this name; None without such a child."""
         return next((one for one in self.children if one.name == name), None)
 
 

@@ -258,8 +258,8 @@ def _fitted_over_position(
 def _weak_inertia(logs: AxisLogs, outcome: Outcome, fit: SlidingFit) -> Outcome | None:
     """Return the outcome with the inertia by the weak form, or None.
 
-    The result is None unless the method is `auto`, and if `fit` contains effects other than
-    friction over position, which the weak form lacks.
+    The result is None in three cases: the method is not `auto`; `fit` contains effects other than
+    friction over position, which the weak form lacks; the weak form identifies no inertia.
     """
     load = fit.load
     if logs.method != methods.DEFAULT or load is None or {*load.terms} - {"offset", *OVER_POSITION}:

@@ -48,7 +48,10 @@ def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
 def _shift(
     regression: EffectRegression, effect: Hypothesis, lasting: float
 ) -> AcceptedEffects | None:
-    """Return the shift by an effect whose effort has the prior standard deviation `lasting`."""
+    """Return the shift by an effect whose effort has the prior standard deviation `lasting`.
+
+    The result is None if the rows do not determine the effect.
+    """
     (column,) = effect.names
     fitted = regression.intervals([effect]).get(column)
     rates = regression.rates(effect)

@@ -184,7 +184,7 @@ class _KinkSearch:
 
     @cached_property
     def step(self) -> float:
-        """Return the distance of the knots of the first search, rad | m."""
+        """Return the distance between neighbouring knots of the first search, rad | m."""
         return float(np.ptp(self.position)) / KNOTS
 
     def crossing(self, knot: float) -> NDArray[np.bool_]:

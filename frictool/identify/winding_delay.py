@@ -205,7 +205,8 @@ def undeclared_winding(
 ) -> str | None:
     """Return a warning if the winding may change a current between its samples, but R is unknown.
 
-    The fitted delay is then between T/2 and T. `current_between_samples` has no result.
+    The lower end of the fitted delay is then between T/2 and about T, with the sample period T.
+    `current_between_samples` has no result in this case.
     """
     actuator = bench.actuator
     if regression is None or actuator.drive != "current" or actuator.logged_lag_s > 0.0:

@@ -104,7 +104,8 @@ def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> tu
     """Return the sets of states after `duration` [s] under a constant command [A | V].
 
     The state of each plant in the box `p` is in at least one of the sets. There are several sets
-    only if a stop may happen before or after the end of `duration`.
+    only if a stop may happen before or after the end of `duration`. Raises Ambiguous if the next
+    event is not certain.
     """
     command = min(max(command, -p.drive_limit), p.drive_limit)
     if p.lag == 0.0:

@@ -258,7 +258,7 @@ def _compliance(
     """Return the link's stiffness and damping in the coordinate of the frame, with their intervals.
 
     `stated` are the values of the document. For a belt, these values refer to the motion along the
-    belt.
+    belt. The result is None for a rigid link.
     """
     if stated is None or not one.compliant:
         return None

@@ -94,7 +94,7 @@ class StreamEvidence:
 
     @property
     def drive(self) -> Vector | None:
-        """Return the measured drive (n,), or the command if the log has no measured drive."""
+        """Return the measured drive (n,), else the command; None if the log has neither."""
         return self.measured if self.measured is not None else self.command
 
     @property

@@ -189,7 +189,8 @@ def function_of(metric: Metric) -> tuple[Callable[..., Any], tuple[str, ...]]:
 def energy_window(spec: Spec) -> float | None:
     """Return the time t_int [s] over which the energy is computed.
 
-    The time is `window_s` of the specification or, without that key, the allowed response time.
+    The time is `window_s` of the specification or, without that key, the allowed response time. The
+    result is None if the specification has neither.
     """
     window: float | None = spec.response_time_95_s if spec.energy is None else spec.energy.window_s
     return window

@@ -157,7 +157,7 @@ def _targets(spec: Spec, scenario: Scenario) -> list[float]:
 
 
 def _load_share(model: Model, spec: Spec, targets: Sequence[float]) -> float | None:
-    """Return the least ratio of distance to path over all steps; None if no step needs a motion."""
+    """Return the least of the quotients distance/path of all steps; None if no motion is needed."""
     count = model.bench.encoder.resolution
     steps = [abs(after - before) for before, after in pairwise(targets)]
     moves = any(getattr(spec, key) is not None for key in MOVING)

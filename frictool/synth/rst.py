@@ -132,7 +132,10 @@ class _PlacementSearch:
         self.prefilter = problem.design.prefilter
 
     def best(self) -> PlacementTrial:
-        """Return the best trial of a coarse grid and of local searches around its best trials."""
+        """Return the best trial of a coarse grid and of local searches around its best trials.
+
+        Raises NoSolutionError if no trial is stable at every vertex.
+        """
         trials: list[PlacementTrial] = []
         for frequency in self.slowest * np.geomspace(1.0, 20.0, FREQUENCIES):
             for damping in DAMPINGS:

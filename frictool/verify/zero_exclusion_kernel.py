@@ -273,7 +273,7 @@ def _span(low: float, high: float) -> tuple[float, float]:
 def loop_terms(
     loop: KernelLoop, box: KernelBox, chart: int, cell: Vector, space: KernelWorkspace
 ) -> LoopTerms:
-    """Return the terms of the loop in a cell (6,), the intervals of t, kappa and sigma - middle.
+    """Return the terms of the loop in a cell (6,): intervals of t, kappa and sigma - middle.
 
     The module docstring defines the symbols.
     """

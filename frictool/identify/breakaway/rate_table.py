@@ -151,7 +151,8 @@ def _rise(
     """Return the slope of the mean breakaways (k,) over the logarithms `decades` (k,) of the rates.
 
     Two half widths of the slope are computed, from the intervals of the means and from the scatter
-    of the means around the line. The larger half width is used.
+    of the means around the line. The larger half width is used. The result is None for a single
+    rate.
     """
     if decades.size < 2:
         return None

@@ -201,7 +201,10 @@ class ExplanationSearch:
         return joined(self.samples_of_records(waves))
 
     def samples_of_records(self, waves: tuple[float, ...]) -> list[RegressionSamples]:
-        """Return the regression rows of `samples` separately for each record."""
+        """Return the regression rows of `samples` separately for each record.
+
+        Raises UnusableLogs if the axis never slips for a whole smoothing window.
+        """
         declared = self.bench.load or LoadTerms(("offset",))
         terms = (*(one.term for one in self.hypotheses), *RIPPLES[: len(waves)])
         load = Structure(terms, waves).load(self.rotary)

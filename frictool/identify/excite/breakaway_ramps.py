@@ -233,7 +233,8 @@ def coasting_pause(bench: Bench, rate: float, top: float, advance_on: float) -> 
 
     The drive signal is `rate` [A/s | V/s] times the time, at most `top` [A | V], until the axis has
     moved by `advance_on` [rad | m]. The momentum of the heaviest axis with the strongest actuator,
-    plus the effort that the drive's lag leaves, is divided by the least friction.
+    plus the effort that the drive's lag leaves, is divided by the least friction. Raises
+    NoSolutionError if the simulation of the ramp fails.
     """
     from frictool.engine.bench_experiment import play_one_ramp  # loads the engine
 

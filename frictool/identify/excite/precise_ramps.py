@@ -125,9 +125,9 @@ class _RampDesign:
     def best(self, excess: Vector) -> RampPlan:
         """Return the shortest plan, or the most precise plan of the requested duration.
 
-        excess: for each rate (n,), duration of the test, divided by the duration of SPARE times as
-        many ramps as onsets; inf for an impossible rate. Raises NoSolutionError if no rate is
-        possible.
+        excess: for each rate (n,), duration of the test divided by the duration of all its ramps
+        (SPARE times as many as the onsets); inf for an impossible rate. Raises NoSolutionError if
+        no rate is possible.
         """
         request = self.request
         half = request.wanted["breakaway"] * breakaway_range(self.bench)[1]

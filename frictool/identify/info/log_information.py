@@ -190,7 +190,10 @@ def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, A
 
 
 def _test(made: LogAssembly, main: StreamSurvey) -> tuple[str | None, bool]:
-    """Return the kind of test, and True if this kind was declared to `ingest` (not detected)."""
+    """Return the kind of test, and True if this kind was declared to `ingest` (not detected).
+
+    The kind is None if the log has no position or is too short.
+    """
     recorded = made.notes.get(KIND, {}).get(TEST)
     return (recorded, True) if recorded else (kind_of(main.opening), False)
 

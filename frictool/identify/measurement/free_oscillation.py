@@ -180,7 +180,10 @@ def free_oscillation(
 def _refined(
     time: Vector, position: Vector, rate: float, decay: float
 ) -> tuple[float, float, Vector] | None:
-    """Return w, s and c, d, p, q of the least-squares fit near the start values `rate`, `decay`."""
+    """Return w, s and c, d, p, q of the least-squares fit near the start values `rate`, `decay`.
+
+    The result is None if the steps lead to w <= 0 or to |s| > w.
+    """
     columns = _columns(time, rate, decay)
     values = _fitted(columns, position)
     residual = position - columns @ values

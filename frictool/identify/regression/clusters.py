@@ -1,9 +1,9 @@
 """Clusters of regression rows; residuals of different clusters are taken as independent.
 
-Usually a cluster is a stroke (the motion between two reversals). Strokes with identical counts have
-identical encoder errors and form one cluster. Such strokes occur if a servo follows a sine of
-constant amplitude. If there are few strokes, each stroke is cut into equal parts, which are the
-clusters.
+Usually a cluster is a stroke (the motion between two reversals). Strokes in the same direction that
+agree in length within SAME_COUNTS encoder counts and SAME_ROWS rows have nearly the same encoder
+errors, and form one cluster. Such strokes occur if a servo follows a sine of constant amplitude. If
+there are few strokes, each stroke is cut into equal parts, which are the clusters.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> 
 
 
 def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
-    """Return the group number (m,) of m strokes; strokes with nearly equal counts form a group."""
+    """Return the group number (m,) of m strokes; strokes that repeat each other form a group."""
     order = np.lexsort((counts, rows, sign))
     group = np.full(sign.size, -1, dtype=np.int64)
     repetitions = 0

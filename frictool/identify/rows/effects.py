@@ -156,8 +156,9 @@ def _warming(motion: SmoothedMotion) -> tuple[Vector, ...]:
 def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
     """Return the columns for changes of friction per kelvin at the reference temperature.
 
-    With I = (exp(p) - 1)/p, a friction F exp(p) with p = r h + k h^2 equals F + F r h I + F k h^2
-    I. If the curvature k of the record is 0, the column of k is left out.
+    At h kelvin above the reference temperature, a friction F becomes F exp(p) with p = r h + k h^2;
+    r is its rate and k its curvature. With I = (exp(p) - 1)/p, F exp(p) equals F + F r h I + F k
+    h^2 I. If the curvature of the record is 0, the column of k is left out.
     """
     warm = motion.record.temperature
     if warm is None:

@@ -332,9 +332,9 @@ class CandidateSearch:
     def _short(self, controller: Controller, parent: float) -> JudgedRuns:
         """Return the results of the test `short`.
 
-        The search with the reserve adds the worst plant to `hard`, and therefore simulates all
-        plants as long as `hard` has room. In all other cases, the test stops when the candidate is
-        worse than its parent.
+        The search with the reserve collects the worst plants in `hard`, and therefore simulates all
+        plants until `hard` has MOST_HARD plants. In all other cases, the test stops when the
+        candidate is worse than its parent.
         """
         if self.reserve > 0.0 and len(self.hard) < MOST_HARD:
             return self.tests.short(controller, None)
