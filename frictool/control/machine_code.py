@@ -68,9 +68,11 @@ class ProgramStructure(NamedTuple):
 def machine_code(program: CompiledProgram, output: int | None = None) -> MachineCode | None:
     """Return the machine code of a program in double arithmetic.
 
-    The result is None if the program is in another number format or if no compiler is available.
-    output: index of the value that the code returns, by default the drive. If the value is a state,
-    the code returns the state before its update.
+    The result is None if the program is in another number format or if Numba's compiler is switched
+    off.
+
+    - output: index of the value that the code returns, by default the drive; if the value is a
+      state, the code returns the state before its update
     """
     if program.number != DOUBLE or settings.DISABLE_JIT:
         return None

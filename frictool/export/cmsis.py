@@ -41,8 +41,9 @@ class CmsisArrays:
 def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
     """Return the biquads of a controller.
 
-    Raises NoSolutionError if the controller has no second-order sections or the number format
-    cannot represent them, and FixedPointOverflow if the input of the sections has no bound.
+    Raises NoSolutionError if the controller is scheduled, if it has no second-order sections, or if
+    the number format cannot represent them, and FixedPointOverflow if the input of the sections has
+    no bound.
     """
     linear = controller.linear
     if controller.schedule is not None:

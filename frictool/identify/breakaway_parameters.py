@@ -142,7 +142,8 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
     assumption of constant friction are replaced. There are two candidates: a regression with
     friction over position, and a friction map. The map is used if its force error is noticeably
     smaller, or if there is no regression. If there is neither, or if the sliding logs go far beyond
-    the ramps and there is no regression, only the breakaway depends on position.
+    the ramps and there is no regression, only the breakaway depends on position. The same is true
+    if the model has a load or friction by direction, which the map does not include.
     """
     ramp, fit, laws = outcome.ramp, outcome.fit, outcome.laws
     if ramp is None or (ramp.by_position is None and ramp.rising is None):

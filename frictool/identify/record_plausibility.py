@@ -22,8 +22,9 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
     Raises
     ------
     LogError
-        If a position exceeds the limits of the encoder or of the travel, or if an effort exceeds
-        the actuator's limit. The message states the time.
+        If a position exceeds 2^53 encoder counts, if its distance from the median exceeds
+        MOST_TRAVELS times the travel, or if an effort exceeds MOST_EFFORT times the effort at the
+        drive's limit. The message states the time.
     """
     length, effort = si_unit("position", bench.axis), si_unit("effort", bench.axis)
     counts = MOST_COUNTS * record.resolution

@@ -47,7 +47,8 @@ class IrreversibilityMargin:
 def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
     """Return the smallest value of friction - |load| over the positions x (n,), and its position.
 
-    The value is the smallest effort that moves the block, negative if the load moves the block.
+    The value is the smallest effort that moves the block, negative if the load moves the block. The
+    result also contains the share of the positions at which friction holds the load.
     """
     margin = np.minimum(directed.forward, -directed.backward)
     worst = int(np.argmin(margin))

@@ -45,7 +45,11 @@ class DescentPoint:
     missed: float
 
     def better_than(self, other: DescentPoint) -> bool:
-        """Return True if this point violates the margin less, or equally with a smaller norm."""
+        """Return True if this point is better than `other`.
+
+        The better point violates the margin less. If neither point violates the margin, the better
+        point has the smaller norm.
+        """
         if max(self.missed, other.missed) > SETTLED:
             return self.missed < other.missed * (1.0 - SETTLED)
         return self.worst < other.worst * (1.0 - SETTLED)

@@ -100,7 +100,8 @@ class AssessmentRequest:
 def facts_of(bench: Bench, request: AssessmentRequest) -> AssessmentInputs:
     """Return the inputs of the assessment of a bench and a proposed test.
 
-    Raises NoSolutionError if the drive does not overcome the friction.
+    Raises NoSolutionError if the drive does not overcome the friction, or if nothing limits the
+    speed.
     """
     known = bench.mechanics
     limits = limits_of(bench)

@@ -59,8 +59,8 @@ def friction_force(
     """Return viscous friction, Coulomb friction, breakaway and offset for a known inertia.
 
     The known inertia is the value in bench.yaml. Raises UnusableLogs if `check_records` raises it,
-    if the cut-off is too high for the sample rate, or if all strokes have one direction and the
-    bench has no `mechanics.offset`.
+    if the cut-off is too high for the sample rate, if the axis certainly slips in too few samples,
+    or if all strokes have one direction and the bench has no `mechanics.offset`.
     """
     check_records(records)
     inertia = known_inertia(bench)

@@ -250,7 +250,7 @@ def _fitted(
 
 
 def _sum(one: Interval, other: Interval) -> Interval:
-    """Return the sum of two estimates, with an upper bound of the half width."""
+    """Return the sum of two estimates, whose errors are treated as uncorrelated."""
     return Interval.around(
         one.value + other.value, float(np.hypot(one.half_width, other.half_width))
     )

@@ -94,7 +94,8 @@ def needless(
 ) -> list[int]:
     """Return the columns of `candidates` that do not improve the prediction.
 
-    The columns are removed one at a time, beginning with the least significant column.
+    The columns are removed one at a time, beginning with the least significant column. A column
+    whose interval does not contain 0 is kept.
 
     - plain, weighted: triangular matrices (g, q, q) of g groups of rows, without and with weights
     - stroke: number of the stroke to which each group belongs, (g,)
