@@ -19,8 +19,8 @@ class LimitCycleResult:
 
     - amplitude: half the peak-to-peak value of the position in the last quarter of the run
     - lasting: amplitude in the last quarter divided by the amplitude in the second quarter
-    - period_s: mean time between upward crossings of the mean position in the second half; None if
-      the cycle dies out
+    - period_s: mean time between upward crossings of the middle of the position's range, in the
+      second half of the run; None if the cycle dies out
     """
 
     amplitude: float
@@ -61,7 +61,10 @@ def _half_range(position: Vector) -> float:
 
 
 def _period(time: Vector, position: Vector) -> float | None:
-    """Return the mean time between upward crossings of the mean; None without two crossings."""
+    """Return the mean time between upward crossings of the middle of the range of `position`.
+
+    The result is None if there are fewer than two crossings.
+    """
     offset = position - 0.5 * (position.max() + position.min())
     before = np.flatnonzero((offset[:-1] < 0.0) & (offset[1:] >= 0.0))
     if before.size < 2:

@@ -392,7 +392,7 @@ class Stop(
         if self.low is None and self.high is None:
             raise ValueError("give `low`, `high` or both")
         if self.low is not None and self.high is not None and self.low.value >= self.high.value:
-            raise ValueError("`low` is above `high`; allowed: low < high")
+            raise ValueError("`low` is not below `high`; allowed: low < high")
         if self.compliance is not None and self.restitution:
             raise ValueError(
                 "restitution belongs to rigid stops; compliant stops rebound by their "

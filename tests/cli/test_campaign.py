@@ -192,7 +192,7 @@ def test_what_cannot_be_simulated_is_counted_and_named(tmp_path: Path) -> None:
     assert len(told["not_simulated"]) == len(broken)
     assert all(row["passed"] == "broken" for row in broken)
     reasons = {
-        "`low` is above `high`",
+        "`low` is not below `high`",
         "rotor starts at 0 rad; allowed",
         "plant given: the start puts rotor at 5 rad; allowed",
     }

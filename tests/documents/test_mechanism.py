@@ -127,7 +127,7 @@ def test_units_and_intervals_are_converted_once(tmp_path: Path) -> None:
         (
             "    low: {value: -0.001, unit: m}",
             "    low: {value: 0.1, unit: m}",
-            ["links.ends: `low` is above `high`"],
+            ["links.ends: `low` is not below `high`"],
         ),
         (
             "    effort: {value: -4.0, unit: N}",

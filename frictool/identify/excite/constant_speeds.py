@@ -44,8 +44,8 @@ def chosen_speeds(
     Raises
     ------
     NoSolutionError
-        If friction and load need all of the effort, or if the slowest speed is not below the
-        fastest.
+        If friction and load need all of the effort, or if the slowest speed is not below half of
+        the fastest.
     """
     spare = 0.5 * spare_effort(limits)
     top = TOP_SHARE * limits.speed
@@ -58,8 +58,8 @@ def chosen_speeds(
     if slowest >= 0.5 * top:
         raise NoSolutionError(
             f"speeds: the slowest run needs {slowest:.3g} {limits.unit}/s to pass "
-            f"{FEWEST_COUNTS:g} encoder counts, but at most {top:.3g} is allowed; raise --duration "
-            "or lower --speeds"
+            f"{FEWEST_COUNTS:g} encoder counts; allowed: below {0.5 * top:.3g}, half of the "
+            "fastest; raise --duration or lower --speeds"
         )
     return [float(speed) for speed in np.geomspace(slowest, top, count)]
 
