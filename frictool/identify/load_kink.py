@@ -1,7 +1,7 @@
 """Search for a position at which the load changes abruptly: a preloaded spring, or an end stop.
 
 The effort of a load is the same in both directions of motion, whereas friction changes its sign.
-The load is modelled by two straight lines over the position x that meet at a knot x_0:
+The load is modelled by two straight lines over the position x, one on each side of a knot x_0:
 
     offset + stiffness x + jump H(x - x_0) + bend max(x - x_0, 0)
 

@@ -9,9 +9,9 @@
     additive         friction f + alpha, so that c = 1 and d = 1                   (thesis 6.20)
 
 T is the period, J the inertia, f the friction without wear, f_m(i) and Delta_f(i) the mean and the
-deviation of f in interval i. Each sample in mode 0 (stuck) multiplies the estimated speed by h,
-which is 0 or 1. The model is discretised by Euler's method. docs/theory/observers.md lists the
-entries that differ from the thesis.
+deviation of f in interval i. Each sample in mode 0 (stuck) multiplies the estimated speed by h (0
+to 1). The model is discretised by Euler's method. docs/theory/observers.md lists the entries that
+differ from the thesis.
 """
 
 from __future__ import annotations
