@@ -29,7 +29,7 @@ class SwitchedObserverSettings:
     - inertia: inertia that replaces the model's inertia [kg m2 | kg]
     - transitions: allowed transitions of a moving axis: `neighbours`, to the next interval in the
       direction of motion; `direction`, to any interval of the same direction
-    - stuck_speed: factor, 0 or 1, by which each sample of mode 0 (stuck) multiplies the estimated
+    - stuck_speed: factor, 0 to 1, by which each sample of mode 0 (stuck) multiplies the estimated
       speed (thesis 6.18)
     - quiet: allowed bound gamma of the error, divided by the smallest possible gamma. With a larger
       value, the gains pass less encoder noise (lmi/quiet_observer_gains.py). None selects the
