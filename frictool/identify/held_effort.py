@@ -208,6 +208,6 @@ def _needed(
     sign = strokes.sign
     constant = () if one_direction else (np.ones(sign.size),)
     used = slipping_mask(record, strokes, bench, velocity, window, 1)
-    loads = load_columns(SmoothedMotion(record, window, *signals, sign, used), bench)
+    loads = load_columns(SmoothedMotion(record, window, *signals, sign, used, every=True), bench)
     columns = np.column_stack((acceleration, velocity, sign, *constant, *loads.values()))
     return np.asarray(np.where(np.isfinite(columns @ values), columns @ values, 0.0))

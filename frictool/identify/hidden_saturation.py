@@ -163,8 +163,10 @@ def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
     slips = np.flatnonzero(mask)
     if slips.size < FEWEST_ROWS:
         return None
-    rows = slips[:: max(1, slips.size // MOST_ROWS)]
-    loads = load_columns(SmoothedMotion(record, window, *signals, strokes.sign, mask), bench)
+    step = max(1, slips.size // MOST_ROWS)
+    rows = slips[::step]
+    motion = SmoothedMotion(record, window, *signals, strokes.sign, mask)
+    loads = [column[::step] for column in load_columns(motion, bench).values()]
     acceleration, v, effort = (signal[rows] for signal in signals)
     sign = strokes.sign[rows]
     noise = measurement_noise(record) * float(np.linalg.norm(acceleration_response(record, window)))
@@ -177,7 +179,7 @@ def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
     rivals = [x**2, sign * x, sign * x**2, v * x, np.abs(v), v**2, v * np.abs(v), sign * fall]
     if bench.axis == "rotary":
         rivals += [np.sin(position), np.cos(position)]
-    model = [acceleration, v, sign, np.ones(rows.size), x, *(load[rows] for load in loads.values())]
+    model = [acceleration, v, sign, np.ones(rows.size), x, *loads]
     stroke = np.unique(strokes.number[rows], return_inverse=True)[1]
     rate = np.gradient(signals[2])
     late = [rate[rows], np.gradient(rate)[rows]]

@@ -347,6 +347,7 @@ class _Line(NamedTuple):
         return np.asarray(below < -self.tolerance, dtype=np.bool_)
 
 
+@once_per_record
 def _line(record: MotionRecord, start: int, end: int) -> _Line | None:
     """Return the line that |effort| follows up to the sample `end`; None without a ramp."""
     first = _straight_from(record, start + (end - start) // 2, end)

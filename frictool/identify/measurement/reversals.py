@@ -149,7 +149,7 @@ class OtherCauses:
         """Return the regressors (n,) of the loads in bench.yaml; by default, of all loads."""
         terms = possible(self.bench)
         columns = load_columns(motion, bench_with_terms(self.bench, terms))
-        return [columns[name][motion.used] for term in terms for name in TERMS[term]]
+        return [columns[name] for term in terms for name in TERMS[term]]
 
     def loads_and_friction(self, motion: SmoothedMotion) -> list[Vector]:
         """Return the regressors (n,) of loads and friction over position and speed."""

@@ -33,16 +33,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.documents.load_terms import Term
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.motion_record import MotionRecord
-from frictool.typing import Vector
+from frictool.typing import IntVector, Vector
 
 DRIFT_ORDER, WARMING_ORDER, TRAVEL_ORDER = 4, 2, 3
 WARMING: Term = "warming"
@@ -78,6 +81,7 @@ class SmoothedMotion:
     - window: length of the smoothing window, samples
     - sign: direction of the stroke, +1, -1, or 0 without motion
     - used: True for the samples in the regression
+    - every: True if columns are computed at all samples instead of those in the regression
     """
 
     record: MotionRecord
@@ -87,19 +91,29 @@ class SmoothedMotion:
     effort: Vector
     sign: Vector
     used: NDArray[np.bool_]
+    every: bool = False
+
+    @cached_property
+    def rows(self) -> IntVector:
+        """Return the samples (m,) at which columns are computed."""
+        return np.flatnonzero(self.used | self.every)
+
+    def at_rows(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return the `values` (n,) at the samples of the columns, (m,)."""
+        return np.asarray(values[self.rows])
 
     def shapes(self, values: Vector, order: int) -> tuple[Vector, ...]:
-        """Return Legendre polynomials (n,) of degree 1 to `order` in `values` (n,).
+        """Return Legendre polynomials (m,) of degree 1 to `order` in `values` (n,).
 
         The range of `values` is scaled to [-1, 1]. Over the samples used, each polynomial has the
         mean 0.
         """
         low = float(values.min())
         high = float(values.max())
-        scaled = 2.0 * (values - low) / max(high - low, 1e-300) - 1.0
-        shapes = [np.polynomial.legendre.Legendre.basis(k)(scaled) for k in range(1, order + 1)]
-        used = self.used if self.used.any() else np.full(values.size, True)
-        return tuple(np.asarray(one - np.mean(one[used])) for one in shapes)
+        scaled = 2.0 * (self.at_rows(values) - low) / max(high - low, 1e-300) - 1.0
+        columns = legvander(scaled, order)[:, 1:]
+        used = self.at_rows(self.used) if self.used.any() else slice(None)
+        return tuple((columns - np.mean(columns[used], axis=0)).T)
 
 
 @dataclass(frozen=True)
@@ -137,7 +151,7 @@ class Hypothesis:
 class Effect(Hypothesis):
     """Hypothesis of an effect that disturbs the fit.
 
-    - columns: function of the smoothed motion that returns the columns, each (n,), in the order of
+    - columns: function of the smoothed motion that returns the columns, each (m,), in the order of
       `names`; the column of the last name may be missing
     """
 
@@ -150,7 +164,8 @@ def _drift(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
 def _warming(motion: SmoothedMotion) -> tuple[Vector, ...]:
     shapes = motion.shapes(motion.record.time, WARMING_ORDER)
-    return (*(motion.sign * one for one in shapes), *(motion.velocity * one for one in shapes))
+    sign, velocity = motion.at_rows(motion.sign), motion.at_rows(motion.velocity)
+    return (*(sign * one for one in shapes), *(velocity * one for one in shapes))
 
 
 def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
@@ -163,13 +178,14 @@ def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
     warm = motion.record.temperature
     if warm is None:
         raise UnusableLogs(missing_temperature(motion.record))
-    h, k = warm.excess, warm.viscous_curvature
+    h, k = motion.at_rows(warm.excess), warm.viscous_curvature
+    velocity = motion.at_rows(motion.velocity)
     viscous = h * _mean_exponential(warm.viscous_rate * h + k * h**2)
     columns = (
-        motion.velocity * viscous,
-        motion.sign * h * _mean_exponential(warm.coulomb_rate * h),
+        velocity * viscous,
+        motion.at_rows(motion.sign) * h * _mean_exponential(warm.coulomb_rate * h),
     )
-    return columns if k == 0.0 else (*columns, motion.velocity * h * viscous)
+    return columns if k == 0.0 else (*columns, velocity * h * viscous)
 
 
 def _mean_exponential(exponent: Vector) -> Vector:
@@ -186,7 +202,7 @@ def missing_temperature(record: MotionRecord) -> str:
 
 
 def _eccentricity(motion: SmoothedMotion) -> tuple[Vector, ...]:
-    x, v, a = motion.record.position, motion.velocity, motion.acceleration
+    x, v, a = map(motion.at_rows, (motion.record.position, motion.velocity, motion.acceleration))
     sine = np.sin(x)
     cosine = np.cos(x)
     return a * cosine - v**2 * sine, -a * sine - v**2 * cosine, v * cosine, -v * sine
@@ -194,9 +210,8 @@ def _eccentricity(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
 def _falls(motion: SmoothedMotion, shares: tuple[float, ...]) -> tuple[Vector, ...]:
     top = float(np.nanmax(np.abs(motion.velocity), initial=0.0)) or 1.0
-    return tuple(
-        motion.sign * np.exp(-((motion.velocity / (share * top)) ** 2)) for share in shares
-    )
+    sign, velocity = motion.at_rows(motion.sign), motion.at_rows(motion.velocity)
+    return tuple(sign * np.exp(-((velocity / (share * top)) ** 2)) for share in shares)
 
 
 def _stribeck(motion: SmoothedMotion) -> tuple[Vector, ...]:
@@ -209,7 +224,7 @@ def _wide_stribeck(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
 def _friction_over_position(motion: SmoothedMotion) -> tuple[Vector, ...]:
     shapes = motion.shapes(motion.record.position, TRAVEL_ORDER)
-    return tuple(motion.sign * one for one in shapes)
+    return tuple(motion.at_rows(motion.sign) * one for one in shapes)
 
 
 def _load_over_position(motion: SmoothedMotion) -> tuple[Vector, ...]:
@@ -217,11 +232,11 @@ def _load_over_position(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
 
 def _inertial_friction(motion: SmoothedMotion) -> tuple[Vector, ...]:
-    return (motion.sign * np.abs(motion.acceleration),)
+    return (motion.at_rows(motion.sign) * np.abs(motion.at_rows(motion.acceleration)),)
 
 
 def _delay(motion: SmoothedMotion) -> tuple[Vector, ...]:
-    return (-np.gradient(motion.effort) / motion.record.period,)
+    return (-motion.at_rows(np.gradient(motion.effort)) / motion.record.period,)
 
 
 def _resonance(motion: SmoothedMotion) -> tuple[Vector, ...]:
@@ -233,7 +248,7 @@ def _resonance(motion: SmoothedMotion) -> tuple[Vector, ...]:
         out[step:-step] = (a[2 * step :] - 2.0 * a[step:-step] + a[: -2 * step]) / (
             step * motion.record.period
         ) ** 2
-    return (out,)
+    return (motion.at_rows(out),)
 
 
 def _numbered(name: str, count: int) -> tuple[str, ...]:

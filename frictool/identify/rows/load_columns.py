@@ -39,7 +39,9 @@ LEAST_SHARE = 0.005
 
 
 def load_columns(motion: SmoothedMotion, bench: Bench) -> dict[str, Vector]:
-    """Return the column (n,) of each parameter of the bench's load terms, by name.
+    """Return the column (m,) of each parameter of the bench's load terms, by name.
+
+    The columns are computed at the samples `motion.rows`.
 
     Raises UnusableLogs if a term needs a position that was not measured.
     """
@@ -59,16 +61,16 @@ def load_columns(motion: SmoothedMotion, bench: Bench) -> dict[str, Vector]:
         )
     for term in terms:
         if term == DIRECTION:
-            columns: tuple[Vector, ...] = (np.where(motion.sign < 0.0, motion.velocity, 0.0),)
+            whole: tuple[Vector, ...] = (np.where(motion.sign < 0.0, motion.velocity, 0.0),)
         elif term in HARMONICS:
             angle = wave_number(term, bench) * record.position
-            columns = (
+            whole = (
                 _smoothed(np.sin(angle), window, record.period),
                 _smoothed(np.cos(angle), window, record.period),
             )
         else:
-            columns = (_smoothed(record.position, window, record.period),)
-        out.update(zip(TERMS[term], columns, strict=True))
+            whole = (_smoothed(record.position, window, record.period),)
+        out.update(zip(TERMS[term], map(motion.at_rows, whole), strict=True))
     for effect in effects:
         out.update(zip(effect.names, effect.columns(motion), strict=False))
     return out

@@ -277,7 +277,6 @@ def slipping_rows(
     for values in (*signals, strokes.sign, strokes.number):
         keep_rows(mask, values)
     kept = np.count_nonzero(mask)
-    loads = {name: column[mask] for name, column in loads.items()}
     acceleration, velocity, effort = (values[:kept] for values in signals)
     counts = np.abs(velocity) * (every * record.period / record.resolution)
     offset = bench.mechanics.offset
