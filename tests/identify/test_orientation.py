@@ -33,10 +33,19 @@ from tests.support.loaded_axis import loaded_axis
 SAMPLES = ROOT / "sample_logs"
 CONFIG = ROOT / "configs" / "clutch"
 ENCODER, CURRENT = 1, 2  # columns of the sample logs
+ROWS = 10_000  # rows that are used of a sample log: strokes at every speed, and several ramps
+
+
+def good_sines(folder: Path) -> Path:
+    """The first part of the sample log of strokes."""
+    path = folder / "good_sines.csv"
+    lines = (SAMPLES / "sines.csv").read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[: ROWS + 1]))
+    return path
 
 
 def negated(folder: Path, log: str, column: int) -> Path:
-    """A sample log with one column negated."""
+    """The first part of a sample log with one column negated."""
     path = folder / f"negated_{log}"
     path.write_text(negated_text(log, column))
     return path
@@ -50,7 +59,7 @@ def negated_text(log: str, column: int) -> str:
     writer = table.writer(text)
     writer.writerow(head)
     writer.writerows(
-        [*row[:column], f"{-float(row[column]):g}", *row[column + 1 :]] for row in rows
+        [*row[:column], f"{-float(row[column]):g}", *row[column + 1 :]] for row in rows[:ROWS]
     )
     return text.getvalue()
 
@@ -147,16 +156,19 @@ POSITIONS = {  # text of columns.position, with the encoder's direction
 }
 
 
-@functools.cache
-def parameters_of_the_good_log() -> dict[str, dict[str, float]]:
-    """Return the parameters of the log whose signs are right, by name."""
-    method = ("--method", "least-squares")
-    good = run("identify", SAMPLES / "sines.csv", "--bench", CLUTCH, *method, "--json")
-    return json.loads(good.stdout)["parameters"]
+@pytest.fixture(scope="module")
+def requested(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, float]]:
+    """The parameters of the log whose signs are right, by name."""
+    log = good_sines(tmp_path_factory.mktemp("good"))
+    good = run("identify", log, "--bench", CLUTCH, "--method", "least-squares", "--json")
+    parameters: dict[str, dict[str, float]] = json.loads(good.stdout)["parameters"]
+    return parameters
 
 
 @pytest.mark.parametrize("kind", list(POSITIONS))
-def test_the_bench_that_the_message_asks_for_mends_it(tmp_path: Path, kind: str) -> None:
+def test_the_bench_that_the_message_asks_for_mends_it(
+    tmp_path: Path, kind: str, requested: dict[str, dict[str, float]]
+) -> None:
     """The advice is followed once, whatever the unit of the position."""
     column, direction = POSITIONS[kind]
     text = CLUTCH.read_text().replace(COUNTED, column)
@@ -164,7 +176,7 @@ def test_the_bench_that_the_message_asks_for_mends_it(tmp_path: Path, kind: str)
     bench = tmp_path / "bench.yaml"
     bench.write_text(text)
     sign = direction if column == COUNTED else -1 if "-6" in column else 1
-    good, bad = SAMPLES / "sines.csv", negated(tmp_path, "sines.csv", ENCODER)
+    good, bad = good_sines(tmp_path), negated(tmp_path, "sines.csv", ENCODER)
     options = ("--bench", bench, "--method", "least-squares", "--json")
     result = run("identify", bad if sign == 1 else good, *options)
     assert result.code == 4
@@ -182,7 +194,6 @@ def test_the_bench_that_the_message_asks_for_mends_it(tmp_path: Path, kind: str)
     bench.write_text(text.replace(written, f"{key}: {wanted}"))
     mended = run("identify", bad if sign == 1 else good, *options)
     assert mended.code == 0, mended.stderr
-    requested = parameters_of_the_good_log()
     if (column, direction) == (COUNTED, 1):
         assert json.loads(mended.stdout)["parameters"] == requested
     for name, one in requested.items():

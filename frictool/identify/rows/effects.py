@@ -112,8 +112,10 @@ class SmoothedMotion:
         high = float(values.max())
         scaled = 2.0 * (self.at_rows(values) - low) / max(high - low, 1e-300) - 1.0
         columns = legvander(scaled, order)[:, 1:]
-        used = self.at_rows(self.used) if self.used.any() else slice(None)
-        return tuple((columns - np.mean(columns[used], axis=0)).T)
+        if columns.size:
+            used = self.at_rows(self.used) if self.used.any() else slice(None)
+            columns = columns - np.mean(columns[used], axis=0)
+        return tuple(columns.T)
 
 
 @dataclass(frozen=True)
