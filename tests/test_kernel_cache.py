@@ -275,6 +275,23 @@ def test_the_owner_of_the_sources_is_trusted(
     assert kernel_folders.untrusted_reason(folder, sources) == ""
 
 
+def test_a_folder_that_another_process_removes_meanwhile_is_no_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inside = tmp_path / "folder" / "inside"
+    inside.mkdir(parents=True)
+    lstat = Path.lstat
+
+    def removed(path: Path) -> os.stat_result:
+        if path == inside:
+            inside.rmdir()
+        return lstat(path)
+
+    monkeypatch.setattr(Path, "lstat", removed)
+    assert kernel_folders.untrusted_reason(inside.parent, tmp_path) == ""
+    assert not inside.exists()
+
+
 @POSIX
 def test_what_is_kept_is_writable_by_its_owner_alone_whatever_the_umask(tmp_path: Path) -> None:
     before = os.umask(0)

@@ -79,10 +79,14 @@ def untrusted_reason(folder: Path, sources: Path) -> str:
         return f"everybody can write in {folder.parent}"
     inside = [Path(entry.path) for entry in os.scandir(folder) if entry.is_dir()]
     for path in (folder, *inside):
-        for status in (path.lstat(), path.stat()):  # check a link and the link's target
-            if status.st_uid not in trusted:
-                return f"{path} belongs to user {status.st_uid}"
-        if path.stat().st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        try:
+            link, target = path.lstat(), path.stat()
+        except FileNotFoundError:  # removed by another process in between
+            continue
+        strangers = {link.st_uid, target.st_uid} - trusted
+        if strangers:
+            return f"{path} belongs to user {min(strangers)}"
+        if target.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
             return f"others can write in {path}"
     return ""
 
