@@ -9,6 +9,7 @@ import click
 
 from frictool.cli.common_options import NamedPath, existing, json_option
 from frictool.cli.console_output import (
+    note,
     note_missing_effects,
     note_temperature,
     note_travel,
@@ -84,6 +85,7 @@ def command(
     check_targets({"-o": output, "--promise": promise, "--model": model}, inputs)
     from msgspec.structs import replace
 
+    from frictool.documents.missing_effects import missing_effects
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
     from frictool.documents.spec import Spec
@@ -101,6 +103,10 @@ def command(
         lambda model: search_answer(model, specification, note_step),
         narrow,
     )
+    also_noted = () if step.model is None else tuple(missing_effects(step.model))
+    for warning in step.warnings:
+        if warning not in also_noted:
+            note(f"warning: {warning}")
     if step.model is not None:
         note_temperature(bench, step.model, vertices=True)
         note_missing_effects(bench, step.model)
@@ -130,6 +136,8 @@ def view(step: PlanStep) -> dict[str, Any]:
         "step": step.name,
         "why": step.why,
         "enough": step.enough,
+        "warnings": list(step.warnings),
+        "doubts": list(step.doubts),
         "reached": [
             {
                 "parameter": one.parameter,
@@ -153,6 +161,9 @@ def shown(step: PlanStep, output: Path | None, bench: Bench) -> str:
         f"{one.parameter:<18}{one.value:.5g} +-{one.half_width:.2g} {one.unit}"
         + ("" if one.share is None else f" ({100.0 * one.share:.2g} %)")
         for one in step.reached
+    ]
+    lines += [
+        f"{name:<18}not used: its interval is in doubt (see warnings)" for name in step.doubts
     ]
     test = "" if step.test is None else "last test, " if step.enough else "next test, "
     lines.append(f"{test}{step.name}: {step.why}")

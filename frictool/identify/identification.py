@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import NamedTuple
 
 import msgspec
 
 from frictool.documents.bench import Bench
+from frictool.documents.laws import Backward, Laws
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify import methods
 from frictool.identify.axis_logs import LOOKS_SLIDING, AxisLogs, sort_logs
@@ -64,6 +66,7 @@ class Identification(Outcome):
     - confidence: confidence of every interval, 0 to 1
     - kinds: log name -> `sliding` or `ramp`
     - warnings: warnings about the logs or the result
+    - doubts: identified parameter -> warning that its interval may not contain the true value
     - over_rate: breakaway as a function of the ramp's rate; None without a table of breakaways
     """
 
@@ -71,6 +74,7 @@ class Identification(Outcome):
     confidence: float
     kinds: dict[str, str]
     warnings: tuple[str, ...] = ()
+    doubts: Mapping[str, str] = field(default_factory=dict)
     over_rate: BreakawayOverRate | None = None
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
@@ -89,6 +93,17 @@ class Identification(Outcome):
             narrowed=outcome.narrowed,
             over_rate=over_rate,
         )
+
+    def without_doubts(self) -> Identification:
+        """Return the identification in which the parameters with doubts are refused."""
+        laws = self.laws
+        if "breakaway" in self.doubts and laws is not None:
+            backward = msgspec.structs.replace(laws.backward or Backward(), breakaway=None)
+            laws = msgspec.structs.replace(
+                laws, position=None, backward=None if backward == Backward() else backward
+            )
+            laws = None if laws == Laws() else laws
+        return replace(self, **vars(self.merge(Outcome(refused=self.doubts))) | {"laws": laws})
 
 
 class NothingIdentified(UnusableLogs):
@@ -165,6 +180,7 @@ def identify_records(
     if logs.kink is not None:
         outcome = outcome.merge(Outcome(refused={"load": logs.kink.shown(bench)}))
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
+    suspects = _suspects(logs, outcome)
     outcome = replace(outcome, identified=ordered, laws=with_reference(outcome.laws, logs.sliding))
     result = Identification(
         **vars(outcome),
@@ -173,9 +189,11 @@ def identify_records(
         kinds=logs.kinds,
         warnings=(
             *(one for one in logs.warnings if outcome.ramp or not one.endswith(LOOKS_SLIDING)),
+            *dict.fromkeys(chain.from_iterable(suspects.values())),
             *_warnings(logs, free, outcome),
             *(() if wider is None else wider.warnings(outcome.identified)),
         ),
+        doubts={name: texts[0] for name, texts in suspects.items() if texts and name in ordered},
     )
     if PHYSICAL & outcome.identified.keys():
         return result
@@ -248,17 +266,26 @@ def _estimate(logs: AxisLogs) -> _Estimate:
     return _Estimate(logs, free, outcome, wider)
 
 
+def _suspects(logs: AxisLogs, outcome: Outcome) -> dict[str, list[str]]:
+    """Return the warnings that an interval may not contain the true value, by parameter."""
+    fit = outcome.fit
+    return {
+        "breakaway": [
+            *load_warnings(outcome.ramp, logs.bench),
+            *local_ramp_warnings(outcome.ramp, fit, logs.sliding, logs.bench),
+        ],
+        **dict.fromkeys(SLIDING, [] if fit is None else short_stroke_warnings(fit, logs.sliding)),
+    }
+
+
 def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list[str]:
     warnings = contradiction_warnings(outcome.identified, logs.bench)
-    warnings += load_warnings(outcome.ramp, logs.bench)
-    warnings += local_ramp_warnings(outcome.ramp, outcome.fit, logs.sliding, logs.bench)
     fit = outcome.fit
     if fit is None or free is None:
         return warnings
     warnings += [
         *replacement_warnings(free, fit, outcome.identified),
         *([] if logs.drive_off else doubt_warnings(fit, logs.method)),
-        *short_stroke_warnings(fit, logs.sliding),
         *unstable_load_warnings(fit, logs.sliding, logs.bench),
         *pooling_warnings(logs.sliding, logs.bench, logs.settings, free),
     ]

@@ -26,6 +26,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from msgspec import structs
+
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.documents.model import Model
@@ -40,6 +42,7 @@ from frictool.identify.excite.precise_strokes import (
 )
 from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.identification import Identification, NothingIdentified
+from frictool.identify.model_document import model_of
 from frictool.identify.orientation import OPPOSITE
 from frictool.identify.promise_comparison import shown_effects
 from frictool.logs.log import Log
@@ -87,6 +90,9 @@ class PlanStep:
     - enough: True if a controller meets the specification for every plant that the model allows;
       `why` names the position steps in which it does so
     - exit_code: exit code of `frictool plan`
+    - warnings: warnings of the identification
+    - doubts: parameters whose interval, according to a warning, may not contain the true value; the
+      plan does not use this interval
     """
 
     name: str
@@ -96,6 +102,8 @@ class PlanStep:
     model: Model | None = None
     enough: bool = False
     exit_code: int = 0
+    warnings: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
 
 Judge = Callable[[Model], SearchAnswer]  # searches for a controller that meets the specification
@@ -131,12 +139,46 @@ def next_step(
     """
     if not logs:
         return _ramps(bench)
+    warnings: list[str] = []
     try:
-        outcome = identify(logs, bench)
+        outcome = identify(logs, bench, tell=warnings.append)
     except NothingIdentified as error:
-        if OPPOSITE in str(error):
-            return PlanStep("direction", f"{error}, or check the wiring", exit_code=EXIT_NO)
-        return _strokes(bench, f"no parameter is identified yet ({error})", error.result)
+        step = _unidentified(bench, error)
+        result = error.result
+    else:
+        step = _identified(bench, logs, _without_doubts(outcome), answer_of, narrow)
+        result = outcome.result
+    return replace(step, warnings=(*warnings, *result.warnings), doubts=tuple(result.doubts))
+
+
+def _unidentified(bench: Bench, error: NothingIdentified) -> PlanStep:
+    if OPPOSITE in str(error):
+        return PlanStep("direction", f"{error}, or check the wiring", exit_code=EXIT_NO)
+    return _strokes(bench, f"no parameter is identified yet ({error})", error.result)
+
+
+def _without_doubts(outcome: IdentifiedModel) -> IdentifiedModel:
+    """Return the outcome in which a parameter with a doubt has the interval of the bench."""
+    if not outcome.result.doubts:
+        return outcome
+    result, model = outcome.result.without_doubts(), outcome.model
+    settled = model_of(result, model.bench, model.provenance)
+    return replace(
+        outcome,
+        result=result,
+        model=structs.replace(
+            model,
+            parameters=settled.parameters,
+            not_identified=settled.not_identified,
+            laws=settled.laws,
+        ),
+    )
+
+
+def _identified(
+    bench: Bench, logs: Sequence[Log], outcome: IdentifiedModel, answer_of: Judge, narrow: bool
+) -> PlanStep:
+    """Return the step after logs that identify at least one parameter."""
     model = outcome.model
     reached = _reached(outcome)
     known = {one.parameter for one in reached}

@@ -91,6 +91,16 @@ def test_ramps_alone_separate_a_declared_gravity_from_the_breakaway(seed: int) -
     assert one.half_width < 0.1 * truth
 
 
+def test_an_undeclared_gravity_is_a_doubt_about_the_breakaway() -> None:
+    axis, ramps = heavy(1)
+    found = identify([ramps], axis.bench)
+    assert "load" in found.doubts["breakaway"]
+    assert found.doubts["breakaway"] in found.warnings
+    certain = found.without_doubts()
+    assert (certain.identified, certain.laws) == ({}, None)
+    assert not identify([ramps], declared(axis.bench)).doubts
+
+
 @pytest.mark.parametrize(
     "seed", [1, 2, *(pytest.param(seed, marks=pytest.mark.accept) for seed in (4, 5))]
 )

@@ -13,6 +13,7 @@ from msgspec import structs
 
 from frictool.adapters.temperature_factors import reference_words
 from frictool.cli.excite_test import save_test
+from frictool.cli.plan import shown
 from frictool.documents.bench import Bench
 from frictool.documents.laws import FrictionOverPosition, Laws, Load, Polynomial, Ripple
 from frictool.documents.load_terms import LoadTerms
@@ -216,7 +217,7 @@ def test_strokes_that_narrow_no_interval_are_not_repeated(
     monkeypatch.setattr(
         commissioning,
         "identify",
-        lambda some, _: both if len(some) == len(others) else as_wide(both, factor),
+        lambda some, _, **__: both if len(some) == len(others) else as_wide(both, factor),
     )
     monkeypatch.setattr(commissioning, "rehearsed_strokes", design)
     step = next_step(BELT, others, exact_only)
@@ -252,7 +253,7 @@ def test_a_parameter_that_the_strokes_do_not_show_keeps_the_range_of_the_bench(
     logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     outcome = without(logs, "inertia")
-    monkeypatch.setattr(commissioning, "identify", lambda *_: outcome)
+    monkeypatch.setattr(commissioning, "identify", lambda *_, **__: outcome)
     judged = []
 
     def inertia_of(model: Model) -> SearchAnswer:
@@ -266,6 +267,27 @@ def test_a_parameter_that_the_strokes_do_not_show_keeps_the_range_of_the_bench(
     exact = exact_model(outcome.model)
     assert exact.bench.mechanics.inertia.interval == (BELT.mechanics.inertia.value,) * 2
     assert exact.bench.mechanics.coulomb.interval == (outcome.model.parameters.coulomb.value,) * 2
+
+
+def test_a_breakaway_in_doubt_is_not_used(
+    logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outcome = identify(logs, BELT)
+    warned = replace(outcome.result, warnings=("a load?",), doubts={"breakaway": "a load?"})
+    monkeypatch.setattr(commissioning, "identify", lambda *_, **__: replace(outcome, result=warned))
+    judged = []
+
+    def breakaway_of(model: Model) -> SearchAnswer:
+        judged.append(model.parameters.breakaway)
+        return PASSED
+
+    step = next_step(BELT, logs, breakaway_of)
+    assert (step.warnings, step.doubts) == (("a load?",), ("breakaway",))
+    assert {one.parameter for one in step.reached} >= {"inertia", "coulomb"}
+    assert "breakaway" not in {one.parameter for one in step.reached}
+    coulomb = outcome.model.parameters.coulomb.interval
+    assert judged[0].interval == (coulomb[0], LARGEST_BREAKAWAY_RATIO * coulomb[1])
+    assert "breakaway         not used: its interval is in doubt" in shown(step, None, BELT)
 
 
 def test_a_bench_on_which_no_strokes_are_safe_is_judged_by_its_ranges(
@@ -293,7 +315,7 @@ def test_strokes_that_show_nothing_are_repeated_once_with_other_reversals(
     logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     outcome = without(logs, "inertia", "viscous", "coulomb", "offset")
-    monkeypatch.setattr(commissioning, "identify", lambda *_: outcome)
+    monkeypatch.setattr(commissioning, "identify", lambda *_, **__: outcome)
     step = next_step(BELT, logs, refusing)
     assert step.name == "friction and inertia"
     assert step.test is not None
