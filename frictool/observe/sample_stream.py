@@ -22,7 +22,6 @@ from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import NS, StreamHeader
 from frictool.logs.canonical.sample_chunks import join_blocks
 from frictool.logs.channels.bench_match import match_bench
-from frictool.logs.channels.mapping import RATE_NOTED
 from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from frictool.logs.log_assembly import (
     EVERYTHING,
@@ -35,7 +34,7 @@ from frictool.logs.log_assembly import (
 from frictool.logs.losses import loss_count_text
 from frictool.logs.quality.opening_samples import OpeningSamples
 from frictool.logs.quality.sign_check import sign_of
-from frictool.logs.quality.time_base import time_base
+from frictool.logs.quality.time_base import RATE_NOTED, time_base
 from frictool.logs.raw_table import DataLoss, pick
 from frictool.logs.stream_source import SampleBlock
 from frictool.observe.motion_block import MotionBlock

@@ -20,6 +20,7 @@ from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import LATEST, NS, StreamHeader, message_path
 from frictool.logs.channels.encoder import EncoderCounter, outside
 from frictool.logs.channels.loss_ledger import DroppedRows, LossLedger, Rows
+from frictool.logs.channels.unassigned_time import unassigned_time
 from frictool.logs.channels.unwrapping import POSITION, Unwrapping
 from frictool.logs.clocks.clock_drift import ClockPair
 from frictool.logs.clocks.longest_increasing import increasing
@@ -30,7 +31,7 @@ from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.motion_check import motion_doubts
 from frictool.logs.quality.opening_samples import OpeningSamples
 from frictool.logs.quality.sign_check import sign_of
-from frictool.logs.quality.time_base import TimeBase
+from frictool.logs.quality.time_base import RATE_NOTED, TimeBase
 from frictool.logs.raw_table import SALVAGE, DataLoss, Nanoseconds, RawTable, RowBlock, fail_at
 from frictool.logs.stream_source import SampleBlock
 from frictool.logs.text.header_units import ISO_8601
@@ -45,9 +46,8 @@ ROUNDED = (
     "times are so large that a double resolves only {:.2g} s; count times from the start, or "
     "write ISO 8601"
 )
-# relative differences between the periods of log and bench: above the first there is a warning, and
-# above the second an error if the periods have to agree
-RATE_NOTED = 0.01
+# relative difference between the periods of log and bench above which there is an error if the
+# periods have to agree
 RATE_REFUSED = 0.2
 # largest ratio of two periods of one bench; a larger ratio points to a mistaken unit of time
 MOST_RATIO = 30.0
@@ -188,6 +188,8 @@ class ChannelMapper:
         rate = check_rate(self.source, self._intervals.base(), self._period)
         drift = self._clocks.finding(self.clock, 1.0 / self._intervals.base().rate_hz)
         rounded = (ROUNDED.format(self._rounding),) if self._rounding > 1.0 / NS else ()
+        equidistant = self._time is None and self.clock is None
+        doubt = unassigned_time(self._table, self._bench.sample_period_s) if equidistant else None
         question = self._unwrapping.question
         counter = [
             text
@@ -199,7 +201,7 @@ class ChannelMapper:
             *rate,
             *rounded,
             *counter,
-            *(text for text in (question, drift, sign, unit_doubt) if text),
+            *(text for text in (question, doubt, drift, sign, unit_doubt) if text),
             *motion_doubts(opening, self._bench),
         )
 

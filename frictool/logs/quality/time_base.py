@@ -11,6 +11,8 @@ from frictool.typing import Vector
 # longest interval without a missing sample, in periods; the time stamps of a regular clock may be
 # rounded to half a period
 GAP = 1.5 * (1.0 + 1e-6)
+# relative difference between the periods of log and bench above which there is a warning
+RATE_NOTED = 0.01
 FEWEST_LEVELS = 8  # least number of distinct positions for an estimate of the step
 MOST_STEPS = 8  # largest allowed distance between the two nearest distinct positions, in steps
 ON_LATTICE = 0.05  # largest deviation of a position from a multiple of the step, in steps
