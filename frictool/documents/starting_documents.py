@@ -54,6 +54,7 @@ class StartingRig:
     step: step of the encoder [rad | m].
     axis_source: source of the kind of axis: the user, the log, or neither.
     questions: channel -> note on a column or unit that the log does not contain.
+    percent: channels whose column is in per cent of a full scale that the log does not contain.
     preset: drive or robot whose log format has these columns; it determines the units.
     layout: layout of the log, from the user.
     """
@@ -70,6 +71,7 @@ class StartingRig:
     step: float | None = None
     axis_source: Literal["given", "guessed", "example"] = "given"
     questions: dict[str, str] = field(default_factory=dict)
+    percent: tuple[str, ...] = ()
     preset: str | None = None
     layout: Layout | None = None
 
@@ -167,6 +169,7 @@ def _context(start: StartingRig) -> dict[str, Any]:
                 "left",
                 "unreadable",
                 "questions",
+                "percent",
                 "preset",
             )
         },

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from frictool.documents.bench import Bench, Layout
 from frictool.documents.registry import load
@@ -286,9 +287,7 @@ def test_a_dynamixel_with_a_load_is_no_feetech(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "fActTorque [%]",  # the unit is no angle
         "duty [%]",
-        "position [%]",
         "speed [Hz]",  # of turns or of radians
         "Phase A",  # a label and no unit
         "mag_inclination_ref_deg",
@@ -306,6 +305,56 @@ def test_a_column_of_another_quantity_is_no_channel(name: str, tmp_path: Path) -
     facts, _ = guessed(tmp_path, "\n".join([f"time [s],{name}", *rows]) + "\n")
     assert facts["columns"] == {"time": ["time", "s"]}
     assert facts["left"] == [name.partition(" [")[0]]
+
+
+@pytest.mark.parametrize(
+    ("header", "axis", "columns"),
+    [
+        (
+            "Time [s],FV101.SP (%),FV101.PV (%),FV101.I (A)",
+            "rotary",
+            {"position": ("FV101.PV", "%"), "reference": ("FV101.SP", "%"), "current": "FV101.I"},
+        ),
+        (
+            "Time [ms],PosSet [mm],PosAct [mm],PosLag [mm],Torque [%]",
+            "linear",
+            {"position": "PosAct", "reference": "PosSet", "effort": ("Torque", "%")},
+        ),
+        (
+            "Time [s],V101.SP [mm],V101.PV [mm],V101.OP [%]",
+            "linear",
+            {"position": "V101.PV", "reference": "V101.SP", "voltage": (ASKED, "%")},
+        ),
+        (
+            "Time [s],SP %,PV %,OP %,Motor Current A",
+            "rotary",
+            {"position": ("PV %", "%"), "reference": ("SP %", "%"), "current": "Motor Current A"},
+        ),
+        ("Time [s],stem,Motor Current [A]", "linear", {"position": ASKED, "current": ASKED}),
+    ],
+)
+def test_names_of_process_and_servo_controllers(
+    header: str, axis: str, columns: dict[str, str | tuple[str, str]], tmp_path: Path
+) -> None:
+    """A set point is the reference, an actual value the position; per cent asks for the scale."""
+    log, bench = tmp_path / "log.csv", tmp_path / "bench.yaml"
+    count = header.count(",")
+    rows = [
+        ",".join(f"{v:.2f}" for v in (0.02 * k, *(9 * np.sin(k / 9 + np.arange(count)))))
+        for k in range(60)
+    ]
+    log.write_text("\n".join([header, *rows]) + "\n")
+    made = run("ingest", "--guess", log, "--axis", axis, "-o", bench, "--json")
+    facts = json.loads(made.stdout)
+    found = {channel: column for channel, (column, _) in facts["columns"].items()}
+    expected = {
+        channel: one if isinstance(one, str) else one[0] for channel, one in columns.items()
+    }
+    assert found == {"time": "Time", **expected}
+    percent = {channel for channel, one in columns.items() if isinstance(one, tuple)}
+    for channel, column in yaml.safe_load(bench.read_text())["columns"].items():
+        assert (column.get("scale") == ASKED) == (channel in percent)
+        assert ("fill in scale" in facts["questions"].get(channel, "")) == (channel in percent)
 
 
 def test_a_repeated_column_is_offered_once(tmp_path: Path) -> None:

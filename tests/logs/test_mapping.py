@@ -134,6 +134,14 @@ def test_a_unit_in_the_file_that_contradicts_the_bench_is_refused(given: str, un
     ]
 
 
+def test_a_column_in_per_cent_needs_the_full_scale():
+    raw = table({"encoder": [0, 50]}, {"encoder": "%"})
+    with pytest.raises(LogError, match=r"write scale: \(full scale in deg\) / 100"):
+        mapped(raw, {"position": Column("encoder", "deg")})
+    log = mapped(raw, {"position": Column("encoder", "deg", scale=0.9)})
+    assert log.main.signals["position"] == pytest.approx([0.0, math.pi / 4.0])
+
+
 def test_a_position_in_radians_is_no_count():
     with pytest.raises(LogError, match="column 'encoder' is in 'rad'"):
         mapped(table({"encoder": [0, 1]}, {"encoder": "rad"}), POSITION)

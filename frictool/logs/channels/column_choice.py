@@ -32,6 +32,7 @@ from frictool.documents.quantity import (
 )
 from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.channels.column_names import (
+    PERCENT,
     QUANTITIES,
     UNITS,
     clarity,
@@ -53,6 +54,7 @@ TEMPERATURE = "temperature"
 CHANNELS: tuple[str, ...] = get_args(Channel)
 DRIVES = ("current", "voltage")
 CLEAR = 2  # words in the first CLEAR levels of QUANTITIES overrule a unit
+PROCESS = 3  # level of QUANTITIES with the suffixes of a process controller's tag
 # words that the name of a position command may contain besides a word for a command
 NEUTRAL = {"value", "input", "signal", "axis", "joint", "motor", "achse"}
 MOST_NAMES = 8  # maximum number of column names in a question
@@ -71,8 +73,10 @@ CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rota
     TEMPERATURE: ("degC, K", "degC, K"),
 }
 MOTION = ("position", "velocity")
+SCALED = ("temperature", TIME)  # dimensions that no log states in per cent of a full scale
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
+OUTPUT = "is this output of a controller the drive? if it is a current, write current"
 LOAD_SIDE = (
     "is this the torque or force of the drive, or of a sensor at the load? the channel "
     "effort is the effort of the drive"
@@ -106,6 +110,11 @@ class OfferedColumn:
     def values(self) -> Vector:
         """Return the column's values (n,)."""
         return self.table.columns[self.name]
+
+    @property
+    def unitless(self) -> bool:
+        """Return True if the column has no unit, or is a share of an unknown full scale."""
+        return self.unit in (None, PERCENT)
 
 
 @dataclass(frozen=True)
@@ -174,20 +183,47 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
         if not _unneeded(channel, choice, chosen):
             chosen[channel] = choice
     if "position" not in chosen and "velocity" not in chosen:
-        return chosen | {
+        doubted = {
             drive: _doubted(drive, chosen[drive])
             for drive in DRIVES
             if drive in chosen and chosen[drive].column != OPEN
         }
+        if chosen.keys() & {"reference", *DRIVES}:
+            chosen = chosen | _unknown_position(offered, axis)
+        chosen = chosen | doubted
+        return {channel: chosen[channel] for channel in sorted(chosen, key=CHANNELS.index)}
     return chosen
+
+
+def _unknown_position(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
+    """Return a question for the position, if the name of a column that changes is unknown."""
+    unknown = [
+        one
+        for one in offered
+        if clarity(one.name) == len(QUANTITIES)
+        and not is_no_signal(one.name)
+        and not is_command(one.name)
+        and one.unitless
+        and changes(one.values)
+    ]
+    if not unknown or any(one.preset is not None for one in offered):
+        return {}
+    names = _quoted([one.name for one in unknown])
+    questions = (
+        ColumnQuestion("position", "column", names, "no name or unit denotes a position"),
+        ColumnQuestion("position", "unit", _candidates("position", axis), "the unit is unknown"),
+    )
+    return {"position": ColumnChoice(OPEN, OPEN, unknown[0].table, (), questions)}
 
 
 def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnChoice]) -> bool:
     """Return True if a channel can be left out, so that the user need not answer a question.
 
-    A channel `effort` is needed only if the file has neither current nor voltage. A temperature is
-    never needed.
+    A channel `effort` is needed only if the file has neither current nor voltage, and the output of
+    a controller only if it has no current. A temperature is never needed.
     """
+    if any(question.why == OUTPUT for question in choice.questions):
+        return "current" in chosen
     if channel == EFFORT:
         return choice.column == OPEN and any(name in chosen for name in DRIVES)
     return channel == TEMPERATURE and bool(choice.questions)
@@ -202,7 +238,7 @@ def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
         channel,
         "column",
         _quoted((choice.column,)),
-        "is it the effort of the drive? the file has no motion",
+        "is it the effort of the drive? no other column is a known position or velocity",
     )
     return replace(choice, column=OPEN, questions=(*choice.questions, question))
 
@@ -226,7 +262,7 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
         name
         for name in dict.fromkeys((*CHANNEL_DIMENSIONS, TIME))
         if name not in SERVO_CHANNELS
-        and (one.unit is None or fits(one.unit, dimension_of(name), axis))
+        and (one.unit is None or _fits_unit(one.unit, dimension_of(name), axis))
     ]
     named = quantities(one.name)
     if is_command(one.name):
@@ -240,7 +276,7 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
     contradicted = bool(named) and clarity(one.name) < CLEAR
     if (
         matching
-        or one.unit is None
+        or one.unitless
         or contradicted
         or (clarity(one.name) < len(QUANTITIES) and not named)
     ):
@@ -251,7 +287,11 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
 
 def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
     neutral = all(is_command(w) or w in NEUTRAL or w in UNITS for w in words(one.name))
-    return neutral and (one.unit is None or names_motion(one.unit, axis))
+    return neutral and (one.unitless or names_motion(str(one.unit), axis))
+
+
+def _fits_unit(unit: str, dimension: str, axis: Axis) -> bool:
+    return dimension not in SCALED if unit == PERCENT else fits(unit, dimension, axis)
 
 
 def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> ColumnChoice:
@@ -266,10 +306,28 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
     why = "several columns fit equally well" if len(names) > 1 else _doubt(channel, first)
     questions = [] if why is None else [ColumnQuestion(channel, "column", _quoted(names), why)]
     column = first.name if why is None else OPEN
-    unit, unit_question = _unit(channel, first, axis)
-    if unit_question is not None:
-        questions.append(unit_question)
+    if first.unit == PERCENT:
+        unit = OPEN
+        questions += _full_scale_questions(channel, first, axis)
+    else:
+        unit, unit_question = _unit(channel, first, axis)
+        questions += [] if unit_question is None else [unit_question]
     return ColumnChoice(column, unit, first.table, names, tuple(questions))
+
+
+def _full_scale_questions(channel: str, one: OfferedColumn, axis: Axis) -> list[ColumnQuestion]:
+    """Return the questions on unit and scale of a column in per cent of its full scale."""
+    dimension = dimension_of(channel)
+    units = tuple(unit for unit in _candidates(dimension, axis) if unit != COUNT)
+    full = "travel" if dimension == "position" else f"rated {dimension}"
+    return [
+        ColumnQuestion(channel, "unit", units, f"{one.name!r} is in %"),
+        ColumnQuestion(channel, "scale", (f"{full}/100",), f"100 % is the {full} in this unit"),
+    ]
+
+
+def _candidates(dimension: str, axis: Axis) -> tuple[str, ...]:
+    return tuple(CANDIDATES[dimension][axis == "linear"].split(", "))
 
 
 def _doubt(channel: str, one: OfferedColumn) -> str | None:
@@ -278,11 +336,19 @@ def _doubt(channel: str, one: OfferedColumn) -> str | None:
         return f"its name says {' or '.join(named)}; move the line to the right channel"
     if is_connector(one.name):
         return "is this the signal? its name is only a connector of the instrument"
+    if channel == "voltage" and one.unitless and clarity(one.name) == PROCESS:
+        return OUTPUT
     if channel == "voltage" and one.preset is None and "input" in words(one.name):
         return "is this the voltage of the motor, or the supply?"
     if channel == "reference" and one.unit is None and not named:
         return "is it the reference of the position?"
-    if channel == EFFORT and one.name != EFFORT and not _JOINT_STATE.fullmatch(one.name):
+    rated = one.unit == PERCENT  # a drive states its torque in per cent of the rated torque
+    if (
+        channel == EFFORT
+        and not rated
+        and one.name != EFFORT
+        and not _JOINT_STATE.fullmatch(one.name)
+    ):
         return LOAD_SIDE
     return None
 
@@ -296,8 +362,8 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
         return si_unit(dimension, axis), None
     why = f"{one.name!r} has no unit in the log"
     if one.preset is not None:
-        candidates = tuple(CANDIDATES[dimension][axis == "linear"].split(", "))
-        return OPEN, ColumnQuestion(channel, "unit", candidates, f"{why}; {one.preset.why}")
+        asked = f"{why}; {one.preset.why}"
+        return OPEN, ColumnQuestion(channel, "unit", _candidates(dimension, axis), asked)
     if channel == TIME:
         steps = np.diff(values)
         interval = float(np.median(steps)) if steps.size else 0.0
@@ -312,8 +378,7 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
         return COUNT, None
     step = encoder_step(values) if dimension == "position" else None
     why += "" if step is None else f", where its steps are multiples of {step:.6g}"
-    candidates = tuple(CANDIDATES[dimension][axis == "linear"].split(", "))
-    return OPEN, ColumnQuestion(channel, "unit", candidates, why)
+    return OPEN, ColumnQuestion(channel, "unit", _candidates(dimension, axis), why)
 
 
 def _repeats(one: OfferedColumn, other: OfferedColumn, channel: str) -> bool:

@@ -138,6 +138,7 @@ def start_from(
         axis_source="guessed" if axis is None else "given",
         preset=start.preset,
         layout=layout,
+        percent=tuple(one.channel for one in start.questions if one.key == "scale"),
         questions={
             key: "; ".join(one.note for one in start.questions if one.channel == key)
             for key in start.columns

@@ -17,17 +17,19 @@ QUANTITIES: tuple[dict[str, str], ...] = (
         "effort": r"effort|torque|force|tau|couple|drehmoment|kraft",
         "position": r"position|positions|pos|angle|theta|displacement|winkel|qg|qm",
     },
-    {"position": r"encoder|enc|counter|count|counts"},
+    {"position": r"encoder|enc|counter|count|counts|opening|travel|stellung"},
+    {"position": r"pv|sp|sv", "voltage": r"op|mv|cv|lmn"},  # suffixes of a process controller's tag
     {"time": r"t", "voltage": r"u|v", "current": r"i", "position": r"q|x|y"},
 )
 _COMMAND = re.compile(
     r"ref|reference|setpoint|target|desired|des|command|cmd|commanded|goal|demand|qg|consigne|"
-    r"soll|sollwert"
+    r"soll|sollwert|set|sp|sv"
 )
 _NO_SIGNAL = re.compile(
     r"error|err|deviation|norm|limit|max|min|bus|vbus|supply|vsupply|bat|batt|vbat|battery|vdc|inp|"
-    r"fehler|schleppfehler|erreur"
+    r"fehler|schleppfehler|erreur|lag"
 )
+PERCENT = "%"  # unit of a share of the full scale
 UNITS: Mapping[str, str] = {  # units that may end a name
     "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "us": "us", "ns": "ns",
     "rad": "rad", "radians": "rad", "deg": "deg", "degrees": "deg", "turns": "turn", "revs": "turn",
@@ -74,8 +76,8 @@ def quantities(name: str) -> list[str]:
     (['current'], ['current', 'effort'])
     >>> quantities("i_q"), quantities("bus_voltage"), quantities("current_sensor_temp")
     (['current'], [], ['temperature'])
-    >>> quantities("voltage5V_v")
-    []
+    >>> quantities("voltage5V_v"), quantities("V101.PV")
+    ([], ['position'])
     """
     if is_no_signal(name):
         return []
@@ -109,7 +111,11 @@ def is_no_signal(name: str) -> bool:
 
 
 def is_command(name: str) -> bool:
-    """Return True if a column name denotes a command instead of a measurement."""
+    """Return True if a column name denotes a command instead of a measurement.
+
+    >>> is_command("PosSet"), is_command("FV101.SP"), is_command("PosAct")
+    (True, True, False)
+    """
     return any(map(_COMMAND.fullmatch, words(name)))
 
 
@@ -139,12 +145,17 @@ def unit_in(name: str) -> str | None:
     >>> unit_in("torque_Nm"), unit_in("pos_estimate")
     ('N m', None)
 
+    >>> unit_in("SP %")
+    '%'
+
     A name of a single word is a unit only if it is rpm, amps, volts, counts or ticks. A single A or
     V is a unit only after the name of a current or voltage. Otherwise it is a label.
 
     >>> unit_in("motor_current_A"), unit_in("Phase A")
     ('A', None)
     """
+    if name.endswith(PERCENT):
+        return PERCENT
     parts = [part.lower() for part in re.split(r"[^A-Za-z]+", name) if part]
     if len(parts) > 2 and (parts[-2], parts[-1]) in RATES:
         return RATES[parts[-2], parts[-1]]

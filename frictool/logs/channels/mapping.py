@@ -18,6 +18,7 @@ from frictool.documents.bench import COUNT, Bench, Column
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, UnitScale, si_unit, unit_scale
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import LATEST, NS, StreamHeader, message_path
+from frictool.logs.channels.column_names import PERCENT
 from frictool.logs.channels.encoder import EncoderCounter, outside
 from frictool.logs.channels.loss_ledger import DroppedRows, LossLedger, Rows
 from frictool.logs.channels.unassigned_time import unassigned_time
@@ -349,9 +350,11 @@ def _scale(table: RawTable, bench: Bench, channel: str, name: str, column: Colum
             raise LogError(table.source, f"{key}: {error}") from None
         agrees = declared in (None, unit) or _same(str(declared), dimension, bench, scale)
     if not agrees and column.scale == 1.0:  # a scale may convert one unit to the other
+        remedy = "correct one of them"
+        if declared == PERCENT:
+            remedy = f"write scale: (full scale in {unit}) / 100; if it is 1, take another unit"
         raise LogError(
-            table.source,
-            f"column {name!r} is in {declared!r}, but {key} is {unit!r}; correct one of them",
+            table.source, f"column {name!r} is in {declared!r}, but {key} is {unit!r}; {remedy}"
         )
     return scale
 

@@ -11,8 +11,8 @@ class ColumnQuestion:
     """Question to the user about the column or the unit of a channel.
 
     channel: name of the channel, or `time`.
-    key: key of bench.yaml that the user has to fill in, `column` or `unit`.
-    candidates: columns or units from which the user chooses.
+    key: key of bench.yaml that the user has to fill in: `column`, `unit` or `scale`.
+    candidates: columns, units or scales from which the user chooses.
     why: reason why the file does not answer the question.
     """
 

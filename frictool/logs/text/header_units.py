@@ -20,6 +20,7 @@ SPELLED = {  # spellings that the units library does not read or reads different
     "pulse": "count", "pulses": "count", "counts": "count", "cnt": "count", "cts": "count",
     "inc": "count", "ticks": "count",
     "nm": "N m", "n.m": "N m", "n*m": "N m", "mnm": "mN m", "ncm": "N cm", "knm": "kN m",
+    "percent": "%", "pct": "%", "prozent": "%", "pourcent": "%",
     "°": "deg", "°/s": "deg/s", "degc": "degC", "°c": "degC",
 }  # fmt: skip
 NO_UNIT = ("", "-", "--", "none", "(none)", "n/a", "unit", "units", "einheit", "unité")
