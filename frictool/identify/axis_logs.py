@@ -92,11 +92,11 @@ class AxisLogs:
             kink=kink,
         )
 
-    def without_load(self, laws: Laws | None) -> AxisLogs:
-        """Return the logs with the effort of the load `laws` subtracted in the records of ramps."""
+    def with_load(self, laws: Laws | None) -> AxisLogs:
+        """Return the logs with the effort of the load of `laws` stated in the records of ramps."""
         if laws is None:
             return self
-        return replace(self, ramps=[without_load(record, laws) for record in self.ramps])
+        return replace(self, ramps=[with_load(record, laws) for record in self.ramps])
 
 
 def sort_logs(
@@ -154,8 +154,8 @@ def sort_logs(
     )
 
 
-def without_load(record: MotionRecord, laws: Laws) -> MotionRecord:
-    """Return the record with the effort of the load `laws` subtracted."""
+def with_load(record: MotionRecord, laws: Laws) -> MotionRecord:
+    """Return the record with the effort of the load of `laws` as its known load."""
     if laws.load is None or record.velocity is not None:
         return record
-    return replace(record, effort=record.effort - load_law(laws.load).at(record.position))
+    return replace(record, load=load_law(laws.load).at(record.position))

@@ -17,6 +17,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.name_list import listed
 from frictool.documents.quantity import Quantity, drive_dimension, si_unit
 from frictool.identify.breakaway.breakaway import Breakaway
+from frictool.identify.breakaway.onset_friction import lower_group
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import DEFAULT, METHODS
@@ -90,6 +91,34 @@ def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
         f"breakaway over position: a load of {ramp.load_slope:.3g} {unit} explains these ramps "
         f"equally well; declare load.terms: [offset, {terms}], or add a log of sliding"
     ]
+
+
+def rejected_onset_warnings(ramp: Breakaway | None) -> list[str]:
+    """Return a warning if motions in the ramps were left out, because they are no breakaway."""
+    if ramp is None or ramp.rejected == 0:
+        return []
+    return [
+        f"breakaway: {ramp.rejected} motions far below Coulomb friction are left out, after which "
+        "the axis rested again; look for backlash, or an elastic drive train"
+    ]
+
+
+def mixed_onset_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
+    """Return a warning for each direction in which the breakaway mixes two groups of onsets."""
+    if ramp is None or ramp.by_position is not None or ramp.rising is not None:
+        return []
+    unit = si_unit("effort", bench.axis)
+    warnings = []
+    for side, way in (("forward", 1.0), ("backward", -1.0)):
+        friction = ramp.friction[ramp.direction == way]
+        low = lower_group(friction, ramp.position[ramp.direction == way], math.inf)
+        if np.any(low) and float(np.mean(friction[~low])) > ramp.interval.high:
+            warnings.append(
+                f"breakaway {side}: {np.sum(low)} of {low.size} onsets are at most "
+                f"{np.max(friction[low]):.3g} {unit}, the others at least "
+                f"{np.min(friction[~low]):.3g}; the mean mixes both: check the log of ramps"
+            )
+    return warnings
 
 
 def cover_travel(ramp: Breakaway, records: Sequence[MotionRecord]) -> bool:

@@ -31,6 +31,8 @@ from frictool.identify.fit_warnings import (
     doubt_warnings,
     load_warnings,
     local_ramp_warnings,
+    mixed_onset_warnings,
+    rejected_onset_warnings,
     replacement_warnings,
     short_stroke_warnings,
     unstable_load_warnings,
@@ -203,7 +205,7 @@ def identify_records(
 class _Estimate(NamedTuple):
     """Estimate of all parameters.
 
-    - logs: logs with the fitted load subtracted from the effort of the ramps
+    - logs: logs whose ramps state the effort of the fitted load
     - free: fit of the sliding logs, without fixing any parameter at its bench value
     - wider: fit of `outcome`, with intervals widened for disturbing effects that the model lacks
     """
@@ -258,7 +260,7 @@ def _estimate(logs: AxisLogs) -> _Estimate:
         reason = reason or reversed_sign(logs.sliding, logs.bench, logs.settings)
         if reason is not None:
             raise _without_any(logs, reason)
-    logs = logs.without_load(outcome.laws)
+    logs = logs.with_load(outcome.laws)
     outcome = with_varying_breakaway(logs, with_breakaway(logs, outcome))
     if outcome.fit is not None:
         outcome = replace(outcome, fit=replace(outcome.fit, laws=outcome.laws))
@@ -273,6 +275,7 @@ def _suspects(logs: AxisLogs, outcome: Outcome) -> dict[str, list[str]]:
         "breakaway": [
             *load_warnings(outcome.ramp, logs.bench),
             *local_ramp_warnings(outcome.ramp, fit, logs.sliding, logs.bench),
+            *mixed_onset_warnings(outcome.ramp, logs.bench),
         ],
         **dict.fromkeys(SLIDING, [] if fit is None else short_stroke_warnings(fit, logs.sliding)),
     }
@@ -280,6 +283,7 @@ def _suspects(logs: AxisLogs, outcome: Outcome) -> dict[str, list[str]]:
 
 def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list[str]:
     warnings = contradiction_warnings(outcome.identified, logs.bench)
+    warnings += rejected_onset_warnings(outcome.ramp)
     fit = outcome.fit
     if fit is None or free is None:
         return warnings

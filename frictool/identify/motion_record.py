@@ -132,6 +132,7 @@ class MotionRecord:
       temperature was not measured
     - servo: inputs of a servo's firmware; None for another actuator
     - winding: signals of the winding in the whole log; None if the log lacks one of them
+    - load: part of `effort` that balances the known load, (n,), N m | N; None without a known load
     """
 
     name: str
@@ -147,6 +148,7 @@ class MotionRecord:
     temperature: TemperatureSignal | None = None
     servo: ServoSignals | None = None
     winding: WindingSignals | None = None
+    load: Vector | None = None
 
     @property
     def measured(self) -> Vector:
@@ -163,7 +165,7 @@ class MotionRecord:
         piece = self.piece[kept]
         signals: dict[str, Any] = {
             name: signal[kept]
-            for name in ("time", "position", "effort", "reference", "velocity")
+            for name in ("time", "position", "effort", "reference", "velocity", "load")
             if (signal := getattr(self, name)) is not None
         }
         if self.temperature is not None:

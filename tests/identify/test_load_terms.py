@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load as load_document
-from frictool.identify.axis_logs import without_load
+from frictool.identify.axis_logs import with_load
 from frictool.identify.estimators.explanation_search import search_explanations
 from frictool.identify.fit_result import SLIDING, UnusableLogs
 from frictool.identify.methods import METHODS, IdentificationSettings, run
@@ -185,11 +185,12 @@ def test_a_breakaway_is_read_without_the_load() -> None:
     axis = loaded_axis(0, "gravity")
     fit = run("least-squares", [axis.record], axis.bench, IdentificationSettings())
     assert fit.laws is not None
-    bare = without_load(axis.record, fit.laws)
+    known = with_load(axis.record, fit.laws)
     found = estimates(fit)
     x = axis.record.position
     taken = found["gravity_sine"].value * np.sin(x) + found["gravity_cosine"].value * np.cos(x)
-    assert axis.record.effort - bare.effort == pytest.approx(taken)
+    assert known.load == pytest.approx(taken)
+    assert known.effort is axis.record.effort
 
 
 @pytest.mark.parametrize("method", [name for name, row in METHODS.items() if not row.load])

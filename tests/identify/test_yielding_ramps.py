@@ -4,6 +4,7 @@ before the axis breaks away: neither is an onset of motion."""
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway
 from frictool.identify.breakaway.onset_detection import find_onsets
+from frictool.identify.breakaway.onset_friction import lower_group, onset_data
 from frictool.identify.fit_result import SLIDING, Interval, UnusableLogs
 from frictool.identify.identification import identify_records
 from frictool.identify.methods import DEFAULT, IdentificationSettings
@@ -86,6 +88,38 @@ def test_a_yielding_count_just_before_the_onset_widens_the_interval_upwards(
     assert slow
     for axis, one in slow:
         assert one.interval.low <= axis.breakaway <= one.interval.high
+
+
+@pytest.mark.parametrize("shift", [-1.5, 0.7, 3.0])
+def test_onsets_do_not_depend_on_the_part_of_the_effort_that_is_called_load(
+    tmp_path: Path, shift: float
+) -> None:
+    """A fit may split a constant effort between offset and load in any way."""
+    bench = mass_bench(tmp_path)
+    for seed in (0, 4):
+        axis, ramps = random_rig(seed, "none")
+        log = log_of(axis, *compliant_axis.play(axis, ramps, SAMPLES, seed, 2.0, 0.02))
+        plain = find_onsets(log, bench, known(axis))
+        constant = np.full(SAMPLES, shift * axis.breakaway)
+        split = find_onsets(replace(log, load=constant), bench, known(axis))
+        moved = find_onsets(replace(log, effort=log.effort + constant), bench, known(axis))
+        levels = np.array([one.level for one in plain])
+        added = constant[: len(plain)] * [one.direction for one in plain]
+        assert [one.level for one in split] == pytest.approx(levels - added)
+        assert [one.level for one in moved] == pytest.approx(levels + added)
+
+
+def test_a_motion_far_below_coulomb_friction_is_no_onset(tmp_path: Path) -> None:
+    """Counts of a drive train at low efforts are left out, and counted; a second place is not."""
+    axis, ramps = random_rig(0, "none")
+    log = log_of(axis, *play(axis, ramps, SAMPLES, 0))
+    bench = mass_bench(tmp_path)
+    data = onset_data([log], bench, known(axis))
+    assert data.rejected == 0
+    level, place = np.array([1.0, 9.0, 10.0, 1.2, 11.0, 0.9]), np.arange(6.0)
+    assert lower_group(level, place, 1.0).tolist() == [True, False, False, True, False, True]
+    assert not np.any(lower_group(level, np.where(level > 2.0, place, place + 50.0), 1.0))
+    assert not np.any(lower_group(np.linspace(1.0, 10.0, 12), np.arange(12.0), 1.0))
 
 
 @pytest.mark.parametrize("fall", ["none", "slow"])

@@ -96,6 +96,7 @@ class Breakaway:
     - load_slope: slope of a load [N m/rad | N/m] that explains the onsets as well as `by_position`
       (`unknown_load.load_slope`), or None
     - load: unknown part of the load; `interval` includes its effect
+    - rejected: number of detected motions that were left out because they are no breakaway
     """
 
     interval: Interval
@@ -111,6 +112,7 @@ class Breakaway:
     rising: RisingFriction | None = None
     load_slope: float | None = None
     load: OnsetLoad = NO_LOAD
+    rejected: int = 0
 
     @property
     def parameter(self) -> Interval:
@@ -233,6 +235,7 @@ def _breakaway(
         rising,
         slope,
         load,
+        data.rejected,
     )
 
 

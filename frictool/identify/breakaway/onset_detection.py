@@ -4,9 +4,12 @@ Each breakaway is described by a line that is fitted to the effort at rest, and 
 which the encoder's count changes after the onset of motion. Onsets inside the backlash after a
 reversal are left out, because only the motor moves there.
 
-Flicker of the encoder between two counts is no motion. A single count is no onset either if a long
-pause follows while the effort keeps rising: the drive train has yielded. A sliding axis would have
-reached the next count sooner (`_later`).
+Flicker of the encoder between two counts is no motion. A motion by a single count, or within the
+backlash, is no onset either if a long pause follows while the effort keeps rising: the drive train
+has yielded. A sliding axis would have reached the next count sooner (`_later`).
+
+The detection uses the measured effort, and its changes only: a constant load or offset does not
+change the onsets. The effort of a known load is subtracted from the level of each onset.
 """
 
 from __future__ import annotations
@@ -47,9 +50,9 @@ CHANGES_USED = 4
 FEWEST_ONSETS = 5
 FEWEST_SAMPLES = 12  # least number of samples of the line at the end of a ramp
 # a ramp is curved if a cubic and a line differ at its end by more than SIGNIFICANT standard
-# deviations, and by more than CURVED times the effort
+# deviations, and by more than CURVED times the rise of the effort during the rest
 SIGNIFICANT, CURVED = 4.0, 2e-3
-RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
+RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its rise during the rest
 # the ramp has ended if the effort is below the line by more than this many standard deviations
 LEFT_THE_RAMP = 5.0
 # a motion of at least ADVANCED counts has returned if the axis moves back by more than the fraction
@@ -64,7 +67,7 @@ class BreakawayOnset:
 
     - direction: direction of the motion, +1 or -1
     - level, rate: value at time 0 [N m | N] and slope [N m/s | N/s] of the line that is fitted to
-      |effort| at rest
+      |effort| at rest; without the effort of the record's known load
     - time: times at which the encoder's count changes, (n,), s
     - seen: distance from the first change to each change, (n,), rad | m
     - position: middle of the encoder count in which the axis rested, rad | m
@@ -147,24 +150,26 @@ def share_at_rest(record: MotionRecord) -> float:
 
 
 class _Heaviest(NamedTuple):
-    """Largest possible inertia and viscous friction of the axis, in SI units."""
+    """Largest possible inertia, viscous friction and backlash of the axis, in SI units."""
 
     inertia: float
     viscous: float
+    gap: float
 
 
 def _heaviest(bench: Bench, axis: Mapping[str, Interval] | None = None) -> _Heaviest:
     """Return the upper ends of the intervals `axis`; without `axis`, of the bench's ranges."""
     mechanics = bench.mechanics
+    gap = 0.0 if mechanics.backlash is None else max(mechanics.backlash.interval)
     if axis is None:
-        return _Heaviest(max(mechanics.inertia.interval), max(mechanics.viscous.interval))
-    return _Heaviest(axis["inertia"].high, max(axis["viscous"].high, 0.0))
+        return _Heaviest(max(mechanics.inertia.interval), max(mechanics.viscous.interval), gap)
+    return _Heaviest(axis["inertia"].high, max(axis["viscous"].high, 0.0), gap)
 
 
 def _rests(record: MotionRecord, heaviest: _Heaviest) -> list[tuple[int, int]]:
     """Return (start, stop) of each interval before a motion; the position changes at `stop`.
 
-    Single counts by which the drive train yields are part of the interval.
+    Counts by which the drive train yields are part of the interval.
     """
     moved = _moved(record)
     changes = [*(np.flatnonzero(moved) + 1).tolist(), record.position.size]
@@ -188,8 +193,9 @@ def _later(
     Change k is no onset in two cases, in which the effort keeps rising along the line before the
     change:
     - The position returns.
-    - The position changes by one count, and then does not change in a time in which the heaviest
-      axis would have slid by more than one count: from speed 0, under the rise of the effort alone.
+    - The position changes by one count, or within the width of the backlash, and then does not
+      change in a time in which the heaviest axis would have slid by more than one count: from speed
+      0, under the rise of the effort alone.
     """
     end = changes[k]
     middle = start + (end - start) // 2
@@ -200,7 +206,7 @@ def _later(
     if (second - first) * (after - second) <= 0.0:  # most logs: the effort does not keep rising
         return k
     line = _line(record, start, end)
-    if heaviest.inertia <= 0.0 or line is None or line.tolerance >= line.level:
+    if heaviest.inertia <= 0.0 or line is None or line.tolerance >= line.rise:
         return k
     until = int(np.searchsorted(record.piece, record.piece[end - 1], side="right"))
     until = min(max(2 * end - start, changes[k + 1]), until)
@@ -210,11 +216,14 @@ def _later(
     back = np.flatnonzero(moved < 0.5 * record.resolution)
     if back.size:
         return bisect.bisect_right(changes, end + int(back[-1]))
-    if not moved.size or moved[0] > 1.5 * record.resolution:
-        return k
-    duration = float(record.time[min(until, changes[k + 1]) - 1] - record.time[end])
-    slid = travel(duration, 0.0, line.rate, *heaviest)
-    return k + 1 if slid > record.resolution else k
+    most = max(heaviest.gap, 1.5 * record.resolution)
+    for j in range(k, bisect.bisect_left(changes, until)):
+        if moved[changes[j] - end] > most:
+            break
+        duration = float(record.time[min(until, changes[j + 1]) - 1] - record.time[changes[j]])
+        if travel(duration, 0.0, line.rate, heaviest.inertia, heaviest.viscous) > record.resolution:
+            return j + 1
+    return k
 
 
 def returning_share(record: MotionRecord, bench: Bench) -> float:
@@ -263,8 +272,11 @@ def _onsets(
     strokes, rests = find_strokes(record), _rests(record, _heaviest(bench, axis))
     # a rest begins at the position at which the motion has ended
     following = [start + 1 for start, _ in rests[1:]] + [record.position.size]
+    drive = record.effort
+    if record.load is not None:  # without the mean, which an offset cannot be separated from
+        drive = drive - (record.load - np.mean(record.load))
     for (start, end), until, ramp in zip(
-        rests, following, ramps_among(rests, record.position, record.effort), strict=False
+        rests, following, ramps_among(rests, record.position, drive), strict=False
     ):
         direction = float(strokes.sign[end])
         if (
@@ -310,6 +322,8 @@ def _onset(
     before = np.where(changed > 0, seen[changed - 1], 0.0)
     distance = 0.5 * (before + seen[changed] - record.resolution)
     level += rate * record.period * _above(record)
+    if record.load is not None:
+        level -= direction * float(record.load[end - 1])
     position = float(record.position[end - 1]) + 0.5 * record.resolution
     rested = float(record.time[end] - record.time[start])
     time = after[changed] - 0.5 * record.period
@@ -327,17 +341,21 @@ def _onset(
 
 
 class _Line(NamedTuple):
-    """Line of |effort| over the time from a change: level, rate and noise in SI units."""
+    """Line of |effort| over the time from a change: level, rate and noise in SI units.
+
+    `rise` is the difference between `level` and the lowest |effort| during the rest, N m | N.
+    """
 
     level: float
     rate: float
     noise: float
     direction: float
+    rise: float
 
     @property
     def tolerance(self) -> float:
         """Return how far the effort may be below the line during the ramp, N m | N."""
-        return LEFT_THE_RAMP * max(self.noise, RELATIVE_NOISE * self.level)
+        return LEFT_THE_RAMP * max(self.noise, RELATIVE_NOISE * self.rise)
 
     def left(self, record: MotionRecord, end: int, until: int) -> NDArray[np.bool_]:
         """Return True for the samples from `end` to `until` with an effort below the line."""
@@ -350,7 +368,7 @@ class _Line(NamedTuple):
 @once_per_record
 def _line(record: MotionRecord, start: int, end: int) -> _Line | None:
     """Return the line that |effort| follows up to the sample `end`; None without a ramp."""
-    first = _straight_from(record, start + (end - start) // 2, end)
+    first = _straight_from(record, start, end)
     if first is None:
         return None
     time = record.time[first:end] - record.time[end]
@@ -360,17 +378,20 @@ def _line(record: MotionRecord, start: int, end: int) -> _Line | None:
     rate, level = np.polyfit(time, effort, 1)
     direction = float(np.sign(rate))
     noise = float(np.std(effort - level - rate * time))
-    return _Line(direction * float(level), abs(float(rate)), noise, direction)
+    rise = float(np.max(direction * (level - record.effort[start:end])))
+    return _Line(direction * float(level), abs(float(rate)), noise, direction, rise)
 
 
-def _straight_from(record: MotionRecord, first: int, end: int) -> int | None:
+def _straight_from(record: MotionRecord, start: int, end: int) -> int | None:
     """Return the first sample of the line that the effort follows up to the sample `end`.
 
-    A ramp that is set by hand may be straight near its end only. The interval [first, end) is
-    therefore halved until the effort is straight: a cubic and a line through the effort differ at
-    `end` by noise only, or by at most the fraction CURVED of the effort. Return None if fewer than
-    FEWEST_SAMPLES are left.
+    A ramp that is set by hand may be straight near its end only. The second half of the rest
+    [start, end) is therefore halved until the effort is straight: a cubic and a line through the
+    effort differ at `end` by noise only, or by at most the fraction CURVED of the rise during the
+    rest. Return None if fewer than FEWEST_SAMPLES are left.
     """
+    lowest, highest = np.min(record.effort[start:end]), np.max(record.effort[start:end])
+    first = start + (end - start) // 2
     while end - first >= FEWEST_SAMPLES:
         effort = record.effort[first:end]
         x = np.linspace(-1.0, 1.0, effort.size)
@@ -378,7 +399,8 @@ def _straight_from(record: MotionRecord, first: int, end: int) -> int | None:
         noise = float(np.std(effort - np.polynomial.legendre.legval(x, fit)))
         # standard deviation of cubic minus line at the end, for independent noise
         error = noise * np.sqrt((5.0 + 7.0) / effort.size)
-        if abs(fit[2]) + abs(fit[3]) <= max(SIGNIFICANT * error, CURVED * abs(float(np.sum(fit)))):
+        rise = abs(float(np.sum(fit)) - (lowest if fit[1] > 0.0 else highest))
+        if abs(fit[2]) + abs(fit[3]) <= max(SIGNIFICANT * error, CURVED * rise):
             return first
         first += (end - first) // 2
     return None

@@ -15,6 +15,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.identify.breakaway.onset import onset_times, search_span
@@ -47,6 +48,7 @@ PRIOR = 12.0  # 1/variance of a rest position that is uniform within its count, 
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities
 ONSETS_COMPARED = 100
 SURELY = 1.0 + 1e-9  # factor on a limit, since a sum in another order is rounded differently
+APART = 2.0  # least ratio of the efforts of two groups of onsets
 FIRST_PART = 4  # number of onsets compared before the first decision; each decision doubles it
 
 
@@ -175,9 +177,11 @@ class OnsetData:
 
     - table: the onsets as arrays, with the encoder step
     - positions: positions and directions of the onsets
-    - offset: offset of the bench, N m | N. If all onsets have the same direction, `offset` is None,
-      and the argument `axis` of the methods contains the offset.
+    - offset: offset of the bench, N m | N. If all onsets have the same direction, or if the offset
+      belongs to the fit of a known load, `offset` is None, and the argument `axis` of the methods
+      contains the offset.
     - fall: assumed Stribeck curve after each onset
+    - rejected: number of detected motions that were left out because they are no breakaway
     """
 
     onsets: list[BreakawayOnset]
@@ -185,6 +189,7 @@ class OnsetData:
     positions: BreakawayPositions
     offset: float | None
     fall: StribeckFall = IMMEDIATE
+    rejected: int = 0
 
     @property
     def yields(self) -> bool:
@@ -304,11 +309,15 @@ def onset_data(
 ) -> OnsetData:
     """Return the onsets of the records; a direction with fewer than FEWEST_ONSETS is left out.
 
-    axis: intervals of `inertia` and `viscous`
+    Onsets far below Coulomb friction are left out, too (`_below_coulomb`).
+
+    axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
 
     Raises UnusableLogs if no direction has enough onsets.
     """
-    onsets = [onset for record in records for onset in find_onsets(record, bench, axis)]
+    detected = [onset for record in records for onset in find_onsets(record, bench, axis)]
+    low = _below_coulomb(detected, axis, records[0].resolution)
+    onsets = [onset for onset in detected if onset not in low]
     used = [
         onset
         for onset in onsets
@@ -345,4 +354,44 @@ def onset_data(
         OnsetTable(used, records[0].resolution),
         positions,
         None if one_way else 0.0 if known is None else known.value,
+        rejected=len(low),
     )
+
+
+def _below_coulomb(
+    onsets: Sequence[BreakawayOnset], axis: Mapping[str, Interval], resolution: float
+) -> list[BreakawayOnset]:
+    """Return the onsets that cannot be breakaways, because Coulomb friction is larger.
+
+    They are the lower of two groups of onsets in one direction (`lower_group`), and lie below the
+    interval of Coulomb friction. The mean effort of both directions is regarded as the offset.
+    """
+    level = np.array([one.level for one in onsets])
+    direction = np.array([one.direction for one in onsets])
+    position = np.array([one.position for one in onsets])
+    ways = [direction == side for side in (1.0, -1.0)]
+    offset = axis["offset"].value
+    if all(np.any(way) for way in ways):
+        offset = 0.5 * float(np.median(level[ways[0]]) - np.median(level[ways[1]]))
+    friction = level - direction * offset
+    low = np.zeros(level.size, dtype=np.bool_)
+    for way in ways:
+        low[way] = lower_group(friction[way], position[way], resolution)
+    return [onsets[k] for k in np.flatnonzero(low & (friction < axis["coulomb"].low))]
+
+
+def lower_group(friction: Vector, position: Vector, resolution: float) -> NDArray[np.bool_]:
+    """Return True for the onsets of the lower of two groups; False for all without two groups.
+
+    The largest gap between the sorted efforts `friction` (n,) separates the groups. All efforts of
+    the upper group must be more than APART times those of the lower group. The positions of the
+    groups must overlap within an encoder count, because friction may vary with position.
+    """
+    order = np.sort(friction)
+    gap = int(np.argmax(np.diff(order))) if order.size > 1 else 0
+    if order.size < 2 or order[gap + 1] <= APART * max(order[gap], 0.0):
+        return np.zeros(order.size, dtype=np.bool_)
+    low = np.asarray(friction <= order[gap])
+    first, last = np.min(position[~low]), np.max(position[~low])
+    overlap = first - resolution <= np.median(position[low]) <= last + resolution
+    return np.asarray(low & overlap)

@@ -5,7 +5,7 @@ friction at a backward onset:
 
     direction effort = friction(x) + direction (offset + L(x))
 
-If a log of sliding determines the load, the effort of the load is subtracted from the ramps. The
+If a log of sliding determines the load, the effort of the load is subtracted at the onsets. The
 intervals of the load then widen the interval of the breakaway. A load that `load.terms` declares,
 but that no log of sliding determines, is treated in two ways. The result with the narrower interval
 is used:
@@ -62,13 +62,13 @@ def load_sum(units: Sequence[PositionLoad], factors: Vector) -> PositionLoad:
 
 @dataclass(frozen=True)
 class OnsetLoad:
-    """Load whose effort the records of ramps still contain, and errors of the subtracted load.
+    """Unknown load in the records of ramps, and errors of their known load.
 
     - free: unit loads of the declared terms that no log of sliding determines; the load is the sum
       of these unit loads times unknown factors
     - most: for each of these terms, loads with the largest effort `load.most`; empty if the bench
       does not state `load.most`
-    - errors: for each parameter of the subtracted load, the changes of the load if the parameter is
+    - errors: for each parameter of the known load, the changes of the load if the parameter is
       at an end of its interval
     - possible: for each further load that may act, its possible forms, such as a ripple in PHASES
       phases

@@ -49,7 +49,7 @@ def without_free_load(
     axis: Mapping[str, Interval],
     load: OnsetLoad,
 ) -> tuple[list[MotionRecord], dict[str, Interval]]:
-    """Subtract the load that fits the onsets; return the records, and the axis with the offset.
+    """State the load that fits the onsets; return the records, and the axis with the offset.
 
     The load is fitted together with the offset; the load's mean over the onsets is 0.
     """
@@ -63,7 +63,12 @@ def without_free_load(
         units = independent_loads(load.free, data.positions.position) @ factors
         mean = float(np.mean(load_efforts(load.free, data.positions.position) @ units))
         records = [
-            replace(one, effort=one.effort - load_efforts(load.free, one.position) @ units + mean)
+            replace(
+                one,
+                load=(0.0 if one.load is None else one.load)
+                + load_efforts(load.free, one.position) @ units
+                - mean,
+            )
             for one in records
         ]
     return records, known
@@ -77,7 +82,8 @@ def onset_data_under(
     if load.constant:
         return replace(data, positions=replace(data.positions, highest=0))
     if not load.free:
-        return data
+        loaded = any(record.load is not None for record in records)
+        return replace(data, offset=None) if loaded else data
     if data.offset is None:
         missing = "backward" if data.positions.direction[0] > 0.0 else "forward"
         raise inseparable(load, f"fewer than {FEWEST_ONSETS} are {missing}")
