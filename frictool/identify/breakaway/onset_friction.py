@@ -377,7 +377,8 @@ def _below_coulomb(
     low = np.zeros(level.size, dtype=np.bool_)
     for way in ways:
         low[way] = lower_group(friction[way], position[way], resolution)
-    return [onsets[k] for k in np.flatnonzero(low & (friction < axis["coulomb"].low))]
+    below = np.flatnonzero(low & (friction < axis["coulomb"].low))
+    return [onsets[k] for k in below.tolist()]
 
 
 def lower_group(friction: Vector, position: Vector, resolution: float) -> NDArray[np.bool_]:
