@@ -24,6 +24,7 @@ KINDS = {
     "directional": "a factor for each direction",
     "zones": "a factor for each zone of the travel",
 }
+NOT_DETERMINED = "not determined by this log (effort too small beside friction and quantisation)"
 
 
 @dataclass(frozen=True)
@@ -181,7 +182,12 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
             )
         )
     shown += [
-        (name.replace("_", " "), f"{with_constant(one)}   (relative to the model's)")
+        (
+            name.replace("_", " "),
+            NOT_DETERMINED
+            if name in estimate.undetermined
+            else f"{with_constant(one)}   (relative to the model's)",
+        )
         for name, one in estimate.others.items()
     ]
     shown += [("velocity", text) for text in _velocity(outcome, si_unit("velocity", model.axis))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -32,6 +33,12 @@ class EstimateRange:
             (other.value - other.low) / other.value
         ) ** 2
         return EstimateRange(ratio, ratio * (1.0 - below**0.5), ratio * (1.0 + above**0.5))
+
+    def wider(self, half: float) -> EstimateRange:
+        """Return the estimate with an independent error of the half width `half` in addition."""
+        below = math.hypot(self.value - self.low, half)
+        above = math.hypot(self.high - self.value, half)
+        return EstimateRange(self.value, self.value - below, self.value + above)
 
     def as_json(self) -> dict[str, float]:
         """Return the estimate as a JSON object."""
@@ -65,7 +72,8 @@ class WearEstimate:
       interval that follows from the range of the constant in bench.yaml (wear/constant_error.py).
       The factor cancels in a ratio to commissioning. The intervals of the wear values do not
       include it.
-    - others: other parameters (inertia, viscous, ...) divided by the model's values
+    - others: other parameters (inertia, ...) divided by the model's values
+    - undetermined: names in `others` that the moves determine no better than the prior
     - warnings: lines of text
     """
 
@@ -79,6 +87,7 @@ class WearEstimate:
     zones: tuple[WearZone, ...] = ()
     scale: EstimateRange | None = None
     others: dict[str, EstimateRange] = field(default_factory=dict)
+    undetermined: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
@@ -104,5 +113,10 @@ class WearEstimate:
                 if self.zones
                 else {}
             ),
-            "others": {name: side.as_json() for name, side in self.others.items()},
+            "others": {
+                name: side.as_json()
+                for name, side in self.others.items()
+                if name not in self.undetermined
+            },
+            "not_determined": list(self.undetermined),
         }

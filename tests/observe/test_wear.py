@@ -3,6 +3,7 @@ are not the clutch."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -104,10 +105,15 @@ def test_rest_tells_nothing() -> None:
 
 
 def exact(
-    model: Model, wear: float, period: float, seconds: float, inertia: float = 1.0
+    model: Model,
+    wear: float,
+    period: float,
+    seconds: float,
+    inertia: float = 1.0,
+    pace: float = 1.0,
 ) -> MotionBlock:
     """A log of sines over the travel whose effort follows from the model by the equation of motion;
-    friction times `wear`."""
+    friction times `wear`, speeds times `pace`."""
     time: Vector = period * np.arange(round(seconds / period))
     mechanics, today = model.bench.mechanics, model.parameters
     assert mechanics.travel is not None
@@ -116,7 +122,7 @@ def exact(
         0.5 * (mechanics.travel.low + mechanics.travel.high),
         0.4 * (mechanics.travel.high - mechanics.travel.low),
     )
-    rates = mechanics.top_speed.value / reach * np.array([0.5, 0.31])
+    rates = pace * mechanics.top_speed.value / reach * np.array([0.5, 0.31])
     parts = [(0.7 * reach, rates[0]), (0.3 * reach, rates[1])]
     x = middle + sum(a * np.sin(w * time) for a, w in parts)
     v = sum(a * w * np.cos(w * time) for a, w in parts)
@@ -163,3 +169,22 @@ def test_friction_that_falls_with_speed_counts_only_where_it_has_fallen() -> Non
     assert estimator.layout.slowest > 1.8
     found = [*estimator.take(exact(falling, 1.2, 1e-3, 12.0)), *estimator.finish()][-1]
     assert found.wear.value == pytest.approx(1.2, rel=5e-3)
+
+
+@pytest.mark.parametrize("pace", [1.0, 0.1])
+def test_an_inertia_whose_effort_is_small_beside_friction_is_not_determined(pace: float) -> None:
+    """The friction exceeds that of the model by up to 1 % while the axis gains speed."""
+    model = slow_drive(load(ROOT / "configs" / "emps" / "published.yaml", Model))
+    period = 1e-3 / pace
+    log = exact(model, 1.0, period, 8.0 / pace, 1.15, pace)
+    acceleration = np.gradient(np.gradient(log.position, period), period)
+    smooth = np.convolve(acceleration, np.full(51, 1.0 / 51.0), "same")
+    friction = 0.01 * model.parameters.coulomb.value
+    skewed = replace(log, effort=log.effort + friction * np.tanh(smooth / np.std(smooth)))
+    estimator = WearEstimator(model, period)
+    found = [*estimator.take(skewed), *estimator.finish()][-1]
+    inertia = found.others["inertia"]
+    assert inertia.low <= 1.15 <= inertia.high
+    assert inertia.value != pytest.approx(1.15, rel=0.01)
+    assert found.undetermined == (() if pace == 1.0 else ("inertia",))
+    assert set(found.as_json()["others"]) == {"inertia"} - set(found.undetermined)

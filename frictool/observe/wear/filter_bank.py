@@ -144,6 +144,24 @@ class FilterBank:
         mean = float(weights @ values)
         return mean, math.sqrt(float(weights @ (variances + (values - mean) ** 2)))
 
+    def prior_deviation(self, name: str) -> float:
+        """Return the largest prior standard deviation of a parameter over all filters [SI]."""
+        return float(np.max(self.deviations[:, self.names.index(name)]))
+
+    def unexplained(self, name: str, gram: Vector, rows: int) -> float:
+        """Return the rms of a parameter's regressor that the other regressors do not explain.
+
+        `gram` (p + 1, p + 1) is the sum over `rows` rows. The other parameters keep their prior.
+        """
+        size = gram.shape[0] - 1
+        best = int(np.argmax(self.weights))
+        columns = self._matrix * self.deviations[best]
+        information = columns.T @ gram[:size, :size] @ columns / self.noise
+        index = self.names.index(name)
+        spread = np.linalg.inv(np.eye(len(self.names)) + information)[index, index]
+        square = (1.0 / float(spread) - 1.0) * self.noise / self.deviations[best, index] ** 2
+        return math.sqrt(max(square, 0.0) / rows)
+
     def _loosen(self, walked: Vector) -> None:
         """Increase the covariances by random steps with the standard deviations `walked` (k, n)."""
         self.spreads += walked[:, :, None] ** 2 * np.eye(walked.shape[1])

@@ -115,6 +115,11 @@ class WeakFormLayout:
         return self.edges.size - 1
 
     @property
+    def acceleration_noise(self) -> float:
+        """Return the rms error of a row's acceleration from rounding [rad/s^2 | m/s^2]."""
+        return _acceleration_noise(self.count, self.second)
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Return the names of the p regressors of a row; the effort is the column after them."""
         zones = range(self.zones)
@@ -209,13 +214,14 @@ def _window(inertia: float, count: float, friction: float, period: float, travel
     window = 2 * (max(SHORTEST, round(SHORTEST_S / period)) // 2) + 1
     while window + 2 <= longest:
         second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / period**2
-        if (
-            inertia * count / math.sqrt(12.0) * float(np.linalg.norm(second))
-            <= NOISE_SHARE * friction
-        ):
+        if inertia * _acceleration_noise(count, second) <= NOISE_SHARE * friction:
             break
         window += 2
     return window
+
+
+def _acceleration_noise(count: float, second: Vector) -> float:
+    return count / math.sqrt(12.0) * float(np.linalg.norm(second))
 
 
 def _dry(axis: Vector) -> tuple[Vector, Vector]:

@@ -13,6 +13,11 @@ the lag behind a growing wear, the square of FLOOR times the wear, and the varia
 friction at the mean temperature of the moves. The last term is 0 if the model's friction does not
 depend on the temperature. FLOOR is a relative error that more moves do not reduce: the model's
 dependence of friction on position and speed is not exact, and the rows are approximations.
+
+The inertia shows only in the acceleration that the other parameters do not explain. An unknown
+effort that follows this acceleration looks like inertia. Its interval includes an effort of ROUGH
+times the dry friction, and the rounding of the encoder. If the interval becomes wider than the
+prior, the moves do not determine the inertia.
 """
 
 from __future__ import annotations
@@ -22,6 +27,7 @@ import math
 from collections import deque
 from dataclasses import replace
 
+import numpy as np
 import scipy
 
 from frictool.documents.model import Model
@@ -31,7 +37,7 @@ from frictool.observe.wear.filter_bank import UNMODELLED, FilterBank
 from frictool.observe.wear.log_moves import Move, MoveCollector
 from frictool.observe.wear.parameter_restriction import multiplicative
 from frictool.observe.wear.weak_form_layout import WeakFormLayout, layout_of
-from frictool.observe.wear.wear_kinds import WearClassification, WearClassifier
+from frictool.observe.wear.wear_kinds import ROUGH, WearClassification, WearClassifier
 from frictool.observe.wear_estimate import EstimateRange, WearEstimate
 
 WALK = 1e-4  # standard deviation of the wear's random step in a move
@@ -68,6 +74,8 @@ class WearEstimator:
         self.bank = multiplicative_bank(model, self.layout)
         self.moves = MoveCollector(self.layout)
         self._count = 0
+        self._rows = 0
+        self._gram = np.zeros((len(self.layout.names) + 1,) * 2)
         self._quantile = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
         self._slope_deviation = _slope_deviation(model)
         self._excess = 0.0  # mean over the moves, K
@@ -98,14 +106,20 @@ class WearEstimator:
         else:
             self._since += 1
         self._lately.append(self.bank.value("wear")[0])
-        others = {
-            "inertia": self._range(
-                "inertia", 1.0 / self.model.parameters.inertia.value, INERTIA_FLOOR
-            )
-        }
+        unmodelled = self._inertia_deviation(move)
+        nominal = self.model.parameters.inertia.value
+        others = {"inertia": self._range("inertia", 1.0 / nominal, INERTIA_FLOOR, unmodelled)}
+        undetermined = ("inertia",) if unmodelled >= self.bank.prior_deviation("inertia") else ()
         floor = math.hypot(FLOOR, self._slope_deviation * self._excess)
         wear = self._range("wear", 1.0, floor, self._going)
-        alike = WearEstimate(move.time, self._count, wear, scale=self._scale, others=others)
+        alike = WearEstimate(
+            move.time,
+            self._count,
+            wear,
+            scale=self._scale,
+            others=others,
+            undetermined=undetermined,
+        )
         verdict = self.kinds.take(move)
         if (
             verdict is not None
@@ -114,8 +128,24 @@ class WearEstimator:
             and apart(alike.wear, verdict.wear)
         ):
             verdict = None  # moves from both sides of the change look like wear of zones
-        self.estimate = alike if verdict is None else with_kind(alike, verdict)
+        if verdict is not None:
+            inertia = verdict.inertia.wider(self._quantile * unmodelled / nominal)
+            alike = with_kind(alike, replace(verdict, inertia=inertia))
+        self.estimate = alike
         return self.estimate
+
+    def _inertia_deviation(self, move: Move) -> float:
+        """Add a move; return the inertia's deviation from unmodelled efforts [kg m^2 | kg].
+
+        The efforts are the error of the model's friction and the effort of the encoder's rounding.
+        More moves do not reduce this deviation, because similar moves repeat both errors.
+        """
+        self._gram = self._gram + move.gram
+        self._rows += move.rows
+        acceleration = self.bank.unexplained("inertia", self._gram, self._rows)
+        noise = self.model.parameters.inertia.value * self.layout.acceleration_noise
+        effort = math.hypot(ROUGH * self.layout.friction, noise)
+        return effort / acceleration if acceleration > 0.0 else math.inf
 
     @property
     def _one_change(self) -> bool:
