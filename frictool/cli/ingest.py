@@ -277,7 +277,7 @@ def summary(ingested: IngestedLog) -> dict[str, Any]:
 
 def table(facts: dict[str, Any]) -> str:
     """Return the summary `facts` as text."""
-    from frictool.logs.losses import loss_text
+    from frictool.logs.losses import loss_lines
     from frictool.logs.raw_table import DataLoss
 
     lines = []
@@ -290,5 +290,5 @@ def table(facts: dict[str, Any]) -> str:
         lines.append(
             f"  {stream['samples']} samples, {rate}, {stream['duration_s']:.6g} s, {gaps}{dated}"
         )
-    lines += [f"lost: {loss_text(DataLoss(**row))}" for row in facts["lost"]]
+    lines += [f"lost: {text}" for text in loss_lines([DataLoss(**row) for row in facts["lost"]])]
     return "\n".join(lines)

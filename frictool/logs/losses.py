@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ LOST = "lost"  # metadata record: number -> DataLoss as JSON
 # joined with the last of them
 MOST_OF_A_KIND = 100
 MOST = 1000
+MOST_SHOWN = 3  # maximum number of losses of a kind that a text shows one by one
+_LINE = re.compile(r"^line \d+: ")
 
 
 class LossList(list[DataLoss]):
@@ -87,6 +90,26 @@ def loss_count_text(losses: list[DataLoss]) -> str:
     if all(loss.samples is not None for loss in losses):
         return f"{known} {number}"
     return f"at least {known}, {number}" if samples else f"an unknown number of samples, {number}"
+
+
+def loss_lines(losses: list[DataLoss]) -> list[str]:
+    """Return lines of text about the losses, with one line for many losses of a kind.
+
+    Losses are of one kind if they have the same channels and, apart from a line number, the same
+    reason. The first MOST_SHOWN losses of a kind are shown one by one.
+    """
+    kinds: dict[tuple[tuple[str, ...], str], list[DataLoss]] = {}
+    for loss in losses:
+        kinds.setdefault((loss.channels, _LINE.sub("", loss.reason)), []).append(loss)
+    lines = []
+    for kind in kinds.values():
+        shown = kind if len(kind) <= MOST_SHOWN + 1 else kind[:MOST_SHOWN]
+        lines += [loss_text(loss) for loss in shown]
+        if more := kind[len(shown) :]:
+            span = replace(more[0], end_s=more[-1].end_s)
+            where = _span(span.start_s, span.end_s)
+            lines.append(f"further {loss_count_text(more)} {where}: the same reason")
+    return lines
 
 
 def loss_text(loss: DataLoss) -> str:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -156,6 +157,16 @@ class DetectedLayout(Protocol):
 # advice in messages about a damaged file
 EMPTY_CELL = "an empty cell"
 SALVAGE = "`ingest --salvage` keeps the readable part"
+
+
+def order_error(time_ns: int, before_ns: int) -> str:
+    """Return a message about a time in ns that does not exceed the time before it.
+
+    >>> order_error(1772615550_000000000, 1772615550_020000000)
+    'time does not increase: 1772615550 s after 1772615550.02 s'
+    """
+    texts = [f"{Decimal(int(at)).scaleb(-9).normalize():f} s" for at in (time_ns, before_ns)]
+    return f"time does not increase: {' after '.join(texts)}"
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:

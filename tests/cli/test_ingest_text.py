@@ -4,6 +4,7 @@ exports."""
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -118,6 +119,20 @@ def test_the_rack_s_two_exports(tmp_path: Path):
     assert [stream.topic for stream in read.streams] == ["/axis", "/axis/force"]
     assert read.metadata["clock_offset"] == {"/axis": "0.004 s, given"}
     assert read.main.time[0] == -0.004
+
+
+def test_whole_seconds_are_read_at_the_period_of_the_advice(tmp_path: Path):
+    """50 rows share each time stamp; the advice reads all of them."""
+    raw, bench, log = tmp_path / "trend.csv", tmp_path / "bench.yaml", tmp_path / "log.mcap"
+    rows = [f"04.03.2026 09:12:{30 + k // 50};{k % 90};0,1" for k in range(230)]
+    raw.write_text("\n".join(["Zeit;Winkel [deg];Strom [A]", *rows]) + "\n")
+    assert run("ingest", "--guess", raw, "-o", bench).code == 0
+    text = run("ingest", raw, "--bench", bench, "-o", log).stderr
+    assert "1772615550 s after 1772615550 s; the times are too coarse" in text
+    (period,) = re.findall(r"write layout\.period_s: (\S+) in bench\.yaml", text)
+    bench.write_text(f"{bench.read_text()}layout: {{period_s: {period}}}\n")
+    assert run("ingest", raw, "--bench", bench, "-o", log).code == 0
+    assert np.allclose(read_mcap(log).main.time, 0.02 * np.arange(230))
 
 
 def test_a_row_that_lacks_several_numbers_is_lost_once(tmp_path: Path):

@@ -18,7 +18,7 @@ from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.canonical.mcap_layout import schema_text
 from frictool.logs.log import Log, Stream
 from frictool.logs.log_assembly import assemble, write
-from frictool.logs.losses import LossList, losses_of
+from frictool.logs.losses import LossList, loss_lines, loss_text, losses_of
 from frictool.logs.raw_table import DataLoss
 from tests.support.example_logs import as_bytes
 
@@ -243,3 +243,13 @@ def test_losses_stay_bounded_and_lose_no_count():
     assert len(losses) < 1500
     assert sum(loss.samples or 0 for loss in losses) == 60_000
     assert max(loss.end_s or 0.0 for loss in losses) == 19_999.5
+
+
+def test_many_losses_of_a_kind_are_one_line():
+    rows = [DataLoss((), f"line {k}: has 2 cells", float(k), k + 1.0, 2) for k in range(50)]
+    other = DataLoss(("/axis.current",), "nan", 7.0, 8.0, 1)
+    *shown, rest, last = loss_lines([*rows[:9], other, *rows[9:]])
+    assert shown == [f"2 samples from {k} to {k + 1} s: line {k}: has 2 cells" for k in range(3)]
+    assert rest == "further 94 samples in 47 places from 3 to 50 s: the same reason"
+    assert last == "1 sample of /axis.current from 7 to 8 s: nan"
+    assert loss_lines(rows[:4]) == [loss_text(loss) for loss in rows[:4]]

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from frictool.documents.bench import Column
 from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.channels.unassigned_time import unassigned_time
+from frictool.logs.quality.time_base import coarse_period
 from tests.support.example_logs import bench, mapped
 
 PERIOD = 0.02  # s, of the bench
@@ -36,7 +37,7 @@ def test_only_times_with_another_period_are_reported(
     period: float, unit: str, start: float, named: bool, seed: int
 ):
     """The clock jitters by half a period; a column without a unit may be in any unit."""
-    assume(abs(period / PERIOD - 1.0) > 0.03 or period == PERIOD)
+    assume(abs(period / PERIOD - 1.0) > 0.03)
     jitter = np.random.default_rng(seed).uniform(-0.25, 0.25, 400)
 
     def doubt(real: float) -> str | None:
@@ -76,3 +77,20 @@ def test_an_assigned_time_is_read_without_a_doubt():
     log = mapped(raw, bench({**columns, "time": proposed}))
     assert np.allclose(log.main.time, raw.columns["sample time"])
     assert not any(PROPOSED.search(one) for one in log.warnings)
+
+
+@pytest.mark.parametrize(("rate", "jitter"), [(50.0, 0.0), (17.3, 0.2), (4.0, 0.1)])
+def test_whole_seconds_have_the_period_of_their_rows(rate: float, jitter: float):
+    shift = np.random.default_rng(5).uniform(-jitter, jitter, 2000)
+    time = np.floor((0.3 + np.arange(2000) + shift) / rate)
+    period, error = coarse_period(time)
+    assert abs(period * rate - 1.0) <= 2.0 * error / period < 0.003
+    assert unassigned_time(table(time, unit="s"), 1.0 / rate) is None
+    assert "period" in unassigned_time(table(time, unit="s"), 3.0 / rate)
+
+
+def test_a_row_for_each_change_has_no_period():
+    """A counter of operating seconds that stands still, and times without repetitions."""
+    rng = np.random.default_rng(6)
+    assert coarse_period(np.cumsum(rng.random(2000) < 0.1).astype(float)) is None
+    assert coarse_period(0.02 * np.arange(50.0)) is None

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from frictool.identify.info.log_information import Information
-from frictool.logs.losses import loss_text
+from frictool.logs.losses import loss_lines
 from frictool.logs.provenance import PROVENANCE
 from frictool.logs.quality.log_kinds import KINDS
 from frictool.logs.quality.survey import SignalSurvey, StreamSurvey
@@ -38,7 +38,7 @@ def table(information: Information) -> str:
             f"clock: {one['source']} shows {one['signal']} {one['offset_s']:.4g} s after "
             f"{one['against']}, {drift}"
         )
-    lines += [f"lost: {loss_text(loss)}" for loss in made.earlier_losses]
+    lines += [f"lost: {text}" for text in loss_lines(made.earlier_losses)]
     lines += _fed(facts["methods"])
     lines += [
         f"layout: {name}: {layout}" for name, layout in facts["layout"].items() if layout != PLAIN

@@ -19,6 +19,7 @@ from frictool.logs.raw_table import (
     Nanoseconds,
     RawTable,
     RowBlock,
+    order_error,
 )
 
 NS = 1e9  # ns per s
@@ -68,9 +69,7 @@ class LatchedTable(DerivedTable):
         back = np.flatnonzero(np.diff(time) < 0)
         if back.size:
             row = int(back[0]) + 1
-            damage = (
-                f"time does not increase: {time[row] / NS:.9g} s after {time[row - 1] / NS:.9g} s"
-            )
+            damage = order_error(time[row], time[row - 1])
             raise LogError(self.source, damage, line=self._table.line(block.first_row + row))
 
     def _block(

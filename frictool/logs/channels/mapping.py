@@ -32,8 +32,17 @@ from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.motion_check import motion_doubts
 from frictool.logs.quality.opening_samples import OpeningSamples
 from frictool.logs.quality.sign_check import sign_of
-from frictool.logs.quality.time_base import RATE_NOTED, TimeBase
-from frictool.logs.raw_table import SALVAGE, DataLoss, Nanoseconds, RawTable, RowBlock, fail_at
+from frictool.logs.quality.time_base import RATE_NOTED, TimeBase, coarse_period
+from frictool.logs.quality.wrap_line import shortest
+from frictool.logs.raw_table import (
+    SALVAGE,
+    DataLoss,
+    Nanoseconds,
+    RawTable,
+    RowBlock,
+    fail_at,
+    order_error,
+)
 from frictool.logs.stream_source import SampleBlock
 from frictool.logs.text.header_units import ISO_8601
 from frictool.typing import Vector
@@ -280,19 +289,28 @@ class ChannelMapper:
             return rows, time, []
         if not salvage:
             row = int(back[0])
-            before = time[row - 1] if row else self._last
+            before = time[row - 1] if row else self._last or 0
             error = (
-                f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
+                f"{order_error(time[row], before)}; {self._order_remedy(time, time[row] == before)}"
             )
-            if time[row] == before and self._time is not None:
-                error += "; if the times are too coarse, remove columns.time"
-            raise fail_at(self._table, block.first_row + int(rows[row]), f"{error}; {SALVAGE}")
+            raise fail_at(self._table, block.first_row + int(rows[row]), error)
         kept = increasing(time, self._last)
         return (
             rows[kept],
             time[kept],
             [DroppedRows("time does not increase", np.delete(rows, kept))],
         )
+
+    def _order_remedy(self, time: Nanoseconds, equal: bool) -> str:
+        """Return advice on times (n,) that do not increase; `equal` if a time is repeated."""
+        coarse = coarse_period(time / NS)
+        if coarse is not None and self._time is None:
+            period, error = coarse
+            _, text = shortest(period - error, period + error)
+            return f"the times are too coarse: write layout.period_s: {text} in bench.yaml"
+        if equal and self._time is not None:
+            return f"if the times are too coarse, remove columns.time; {SALVAGE}"
+        return SALVAGE
 
     def _mapped(self, block: RowBlock, rows: Rows, time: Nanoseconds) -> SampleBlock:
         every = rows.size == next(iter(block.columns.values())).size

@@ -12,7 +12,7 @@ from frictool.documents.quantity import factor_to_si
 from frictool.documents.starting_documents import quoted
 from frictool.errors import LogError
 from frictool.logs.channels.column_names import quantities, unit_in
-from frictool.logs.quality.time_base import RATE_NOTED
+from frictool.logs.quality.time_base import RATE_NOTED, coarse_period
 from frictool.logs.raw_table import RawTable
 
 # possible units of a time without a unit; spreadsheets count days
@@ -30,7 +30,8 @@ class RowPeriod(NamedTuple):
 def unassigned_time(table: RawTable, period: float) -> str | None:
     """Return a warning if a time column of the table contradicts the sample period; else None.
 
-    A time column increases from row to row, and its unit or its name denotes a time. A column
+    A time column increases, and its unit or its name denotes a time. Several successive rows may
+    have the same time if these runs are equally long, as of times in whole seconds. A column
     without a unit whose steps are 1 counts rows. If one time column agrees with the sample period,
     the result is None.
 
@@ -75,6 +76,8 @@ def _row_period(table: RawTable, name: str) -> RowPeriod | None:
         block, _ = next(iter(table.blocks([name], [])), (None, 0))
         values = np.empty(0) if block is None else block.columns[name]
         rows = np.flatnonzero(np.isfinite(values))
+        if rows.size == values.size and (coarse := coarse_period(values)) is not None:
+            return RowPeriod(*coarse)
         steps = np.diff(values[rows]) / np.diff(rows)
         if rows.size >= FEWEST_ROWS and steps.min() > 0.0:
             count = int(rows[-1] - rows[0])

@@ -13,6 +13,9 @@ from frictool.typing import Vector
 GAP = 1.5 * (1.0 + 1e-6)
 # relative difference between the periods of log and bench above which there is a warning
 RATE_NOTED = 0.01
+# least share of equally long runs of equal times, and largest difference of their lengths
+EQUAL_RUNS = 0.9
+RUN_DIFFERENCE = 0.1
 FEWEST_LEVELS = 8  # least number of distinct positions for an estimate of the step
 MOST_STEPS = 8  # largest allowed distance between the two nearest distinct positions, in steps
 ON_LATTICE = 0.05  # largest deviation of a position from a multiple of the step, in steps
@@ -57,6 +60,26 @@ def time_base(time: Vector) -> TimeBase:
         longest,
         float(time[-1] - time[0]),
     )
+
+
+def coarse_period(time: Vector) -> tuple[float, float] | None:
+    """Return (period, error) of equidistant rows if several successive rows have the same time.
+
+    time: times (n,) that never decrease, as of a logger that writes whole seconds. The results have
+        the same unit. The result is None if fewer than two runs of equal times are complete, or if
+        the runs are not equally long.
+    """
+    changes = np.flatnonzero(np.diff(time)) + 1
+    if changes.size < 3 or np.any(np.diff(time) < 0):
+        return None
+    rows = np.diff(changes)
+    usual = float(np.median(rows))
+    equal = np.abs(rows - usual) <= max(1.0, RUN_DIFFERENCE * usual)
+    if usual < 2.0 or np.mean(equal) < EQUAL_RUNS:
+        return None
+    count = int(rows[equal].sum())
+    period = float(np.diff(time[changes])[equal].sum()) / count
+    return period, period / count
 
 
 def levels(position: Vector) -> int:
