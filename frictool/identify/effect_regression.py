@@ -73,6 +73,8 @@ class AcceptedEffects:
     - held_out: squared prediction error of the effort in strokes left out of the fit, divided by
       the error without the effects
     - scatter: half width of the interval of each shift; 0 for a parameter that is not a key
+    - whole: shift if the effort of the effects is as large as fitted; `shift` limits this effort
+    - settle: test or change of bench.yaml that would show whether the last of the effects acts
     - one_sided: True if the effects cannot cause a shift in the opposite direction
     """
 
@@ -81,6 +83,8 @@ class AcceptedEffects:
     shift: Mapping[str, float]
     held_out: float = 1.0
     scatter: Mapping[str, float] = field(default_factory=dict)
+    whole: Mapping[str, float] = field(default_factory=dict)
+    settle: str = ""
     one_sided: bool = False
 
 
@@ -404,15 +408,18 @@ class EffectRegression:
             return []
         more = [one for one in hypotheses if one not in self.used]
         factor = self._plausible(more, hypotheses)
-        shift = {name: factor * (values[name] - alone[name]) for name in self.names}
+        fitted = {name: values[name] - alone[name] for name in self.names}
+        shift = {name: factor * change for name, change in fitted.items()}
         shift = self._limited(shift, factor, hypotheses)
+        whole = self._limited(fitted, 1.0, hypotheses)
         before = self.rows.squares(self.used)
         after = self.rows.squares(hypotheses)
         held_out = 1.0
         if before is not None and after is not None:
             held_out = float(np.sum(after) / max(np.sum(before), 1e-300))
         what = tuple(one.what for one in more)
-        return [AcceptedEffects(what, significance, shift, held_out)]
+        settle = more[-1].settle
+        return [AcceptedEffects(what, significance, shift, held_out, whole=whole, settle=settle)]
 
     def _limited(
         self, shift: Mapping[str, float], factor: float, hypotheses: Sequence[Hypothesis]

@@ -69,6 +69,7 @@ class Identification(Outcome):
     - kinds: log name -> `sliding` or `ramp`
     - warnings: warnings about the logs or the result
     - doubts: identified parameter -> warning that its interval may not contain the true value
+    - notes: effects that the model lacks and the intervals include
     - over_rate: breakaway as a function of the ramp's rate; None without a table of breakaways
     """
 
@@ -77,6 +78,7 @@ class Identification(Outcome):
     kinds: dict[str, str]
     warnings: tuple[str, ...] = ()
     doubts: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
     over_rate: BreakawayOverRate | None = None
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
@@ -182,7 +184,7 @@ def identify_records(
     if logs.kink is not None:
         outcome = outcome.merge(Outcome(refused={"load": logs.kink.shown(bench)}))
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
-    suspects = _suspects(logs, outcome)
+    suspects = _suspects(logs, outcome, wider)
     outcome = replace(outcome, identified=ordered, laws=with_reference(outcome.laws, logs.sliding))
     result = Identification(
         **vars(outcome),
@@ -196,6 +198,7 @@ def identify_records(
             *(() if wider is None else wider.warnings(outcome.identified)),
         ),
         doubts={name: texts[0] for name, texts in suspects.items() if texts and name in ordered},
+        notes=() if wider is None else wider.notes(outcome.identified),
     )
     if PHYSICAL & outcome.identified.keys():
         return result
@@ -268,16 +271,18 @@ def _estimate(logs: AxisLogs) -> _Estimate:
     return _Estimate(logs, free, outcome, wider)
 
 
-def _suspects(logs: AxisLogs, outcome: Outcome) -> dict[str, list[str]]:
+def _suspects(logs: AxisLogs, outcome: Outcome, wider: WidenedFit | None) -> dict[str, list[str]]:
     """Return the warnings that an interval may not contain the true value, by parameter."""
     fit = outcome.fit
+    short = [] if fit is None else short_stroke_warnings(fit, logs.sliding)
+    doubts = {} if wider is None else wider.doubts(outcome.identified)
     return {
         "breakaway": [
             *load_warnings(outcome.ramp, logs.bench),
             *local_ramp_warnings(outcome.ramp, fit, logs.sliding, logs.bench),
             *mixed_onset_warnings(outcome.ramp, logs.bench),
         ],
-        **dict.fromkeys(SLIDING, [] if fit is None else short_stroke_warnings(fit, logs.sliding)),
+        **{name: [*short, *doubts.get(name, ())] for name in SLIDING},
     }
 
 

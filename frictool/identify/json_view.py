@@ -38,6 +38,7 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
         "explanations": [asdict(one) for one in fit.explanations] if fit else [],
         "not_identified": result.refused,
         "warnings": list(result.warnings),
+        "notes": list(result.notes),
         "laws": None if result.laws is None else to_builtins(result.laws),
         "measurement": None
         if model is None or model.measurement is None

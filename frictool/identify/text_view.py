@@ -318,6 +318,7 @@ def table(outcome: IdentifiedModel) -> str:
     if result.fit is not None:
         unit = model.parameters.offset.unit
         lines += [explanation_line(one, unit) for one in result.fit.explanations]
+    lines += result.notes
     lines += law_lines(model) + presliding_lines(model) + measurement_lines(model)
     ordered = dict.fromkeys((*PARAMETERS, *result.refused))
     lines += [

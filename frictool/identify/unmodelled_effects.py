@@ -22,6 +22,9 @@ that look alike may shift a parameter in opposite directions. If several effects
 the largest movement is applied. If an interval overlaps the interval in bench.yaml, no end moves
 beyond the interval in bench.yaml.
 
+The effort of a hypothesis (cause 2) is limited to a plausible size. A warning names the parameters
+that a hypothesis with the fitted effort would move out of their intervals.
+
 Noise in the acceleration makes the inertia of a regression too small. If the inertia decreases by
 more than the half width of its interval, the inertia is regarded as hidden by noise. The inertia is
 then fixed at the value in the fit or, if the fit has no inertia, in the bench. An inertia from the
@@ -38,7 +41,6 @@ import numpy as np
 import scipy
 
 from frictool.documents.bench import Bench
-from frictool.documents.name_list import listed
 from frictool.documents.quantity import Quantity, si_unit
 from frictool.identify.assess.identifiability import STROKE_MEANS
 from frictool.identify.effect_regression import (
@@ -71,7 +73,6 @@ READ_APART = 0.5  # longest time between the readings of effort and position in 
 # cycle per turn, usual for a magnetic encoder at the end of a shaft
 LOCAL_GAIN = 5e-3
 CERTAIN = 1e-4  # largest p-value of an effect that is reported
-LONGEST_RATIOS = 40  # most characters that a warning uses for the ratios
 DELAY_STEPS = 3  # Gauss-Newton steps to an exact delay or lag
 SERIES = (DELAY, "resonance")  # effects that the fit approximates to first order
 NOTABLE = 3.0  # least factor by which a reported effect widens an interval
@@ -81,35 +82,54 @@ NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 class WidenedFit:
     """Fit whose intervals include unmodelled effects.
 
-    - what: name of the most significant effect; None if the effect is uncertain or hardly improves
-      the prediction
+    - effect: most significant effects; None if they are uncertain or hardly improve the prediction
     - ratios: ratio of new to old width of each interval that becomes much wider
-    - notes: pairs of a parameter's name and a warning about this parameter
+    - beyond: name of an effect, and the parameters that it moves beyond their intervals if it is as
+      large as fitted; None if the intervals include every effect in its fitted size
+    - cautions: pairs of a parameter's name and a warning about this parameter
     """
 
     fit: SlidingFit
-    what: str | None = None
+    effect: AcceptedEffects | None = None
     ratios: Mapping[str, float] = field(default_factory=dict)
-    notes: Sequence[tuple[str, str]] = ()
+    beyond: tuple[str, Sequence[str]] | None = None
+    cautions: Sequence[tuple[str, str]] = ()
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return the notes on parameters in `identified`, and a warning of the effect `what`.
+        """Return the warnings about parameters in `identified`, except those of `doubts`."""
+        return tuple(text for name, text in self.cautions if name in identified)
 
-        Intervals that come from ramps are not counted, because the effect does not widen them.
+    def doubts(self, identified: Mapping[str, Interval]) -> dict[str, tuple[str]]:
+        """Return a warning for each parameter that the effect `beyond` moves out of its interval.
+
+        An effect that the intervals include needs no warning (`notes`).
         """
-        notes = tuple(note for name, note in self.notes if name in identified)
+        what, names = self.beyond or ("", ())
+        moved = [name for name in names if self._widened(name, identified)]
+        text = (
+            f"the model lacks an effect, perhaps {what}; the intervals of {', '.join(moved)} may "
+            "be too narrow; test at other frequencies and amplitudes"
+        )
+        return dict.fromkeys(moved, (text,))
+
+    def notes(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
+        """Return a text about the effect `effect` if it widens an interval in `identified`."""
         wider = [
             f"{name} {ratio:.2g}"
             for name, ratio in self.ratios.items()
-            if name in identified and identified[name].high == self.fit.parameters[name].high
+            if self._widened(name, identified)
         ]
-        if self.what is None or not wider:
-            return notes
+        if self.effect is None or not wider:
+            return ()
+        settle = self.effect.settle and f". To decide, {self.effect.settle}"
         return (
-            *notes,
-            f"the residual shows an effect that the model lacks, perhaps {self.what}; it widens "
-            f"the intervals ({listed(wider, LONGEST_RATIOS)} times as wide)",
+            "included in the intervals: an effect that the model lacks, perhaps "
+            f"{self.effect.what[-1]} ({', '.join(wider)} times as wide){settle}",
         )
+
+    def _widened(self, name: str, identified: Mapping[str, Interval]) -> bool:
+        """Return whether the interval in `identified` is that of the fit, and not from ramps."""
+        return name in identified and identified[name].high == self.fit.parameters[name].high
 
 
 def widened(
@@ -145,24 +165,49 @@ def widened(
     moved += between
     parameters = _with_shifts(parameters, fit, bench, (*accepted, *moved))
     wide = _with_shifts(parameters, fit, bench, hidden_effects(regression))
-    notes = list[tuple[str, str]]()
+    cautions = list[tuple[str, str]]()
     if winding is not None and "inertia" in wide:
         wide["inertia"] = winding.corrected(wide["inertia"])
-        notes.append(("inertia", winding.warning(wide["inertia"], bench)))
+        cautions.append(("inertia", winding.warning(wide["inertia"], bench)))
     unknown = None if between else undeclared_winding(inertial, records, bench)
     if unknown is not None and "inertia" in wide:
-        notes.append(("inertia", unknown))
-    notes += _lag_doubts(records, bench, regression, wide)
-    noticeable = [one for one in accepted if one.held_out < NOTICEABLE]
-    best = min(noticeable, key=lambda one: one.significance, default=None)
-    if best is None or best.significance > CERTAIN:
-        return WidenedFit(replace(fit, parameters=wide), notes=notes)
+        cautions.append(("inertia", unknown))
+    cautions += _lag_doubts(records, bench, regression, wide)
+    certain = [one for one in accepted if one.held_out < NOTICEABLE and one.significance <= CERTAIN]
+    certain.sort(key=lambda one: one.significance)
     ratios = {
         name: one.half_width / plain.parameters[name].half_width
         for name, one in parameters.items()
         if one.half_width > NOTABLE * plain.parameters[name].half_width > 0.0
     }
-    return WidenedFit(replace(fit, parameters=wide), best.what[-1], ratios, notes)
+    return WidenedFit(
+        replace(fit, parameters=wide),
+        certain[0] if certain else None,
+        ratios,
+        _beyond(wide, bench, certain),
+        cautions,
+    )
+
+
+def _beyond(
+    intervals: Mapping[str, Interval], bench: Bench, effects: Sequence[AcceptedEffects]
+) -> tuple[str, Sequence[str]] | None:
+    """Return the first effect that moves values out of their intervals if it is as large as fitted.
+
+    The result is the name of the effect, and the names of these parameters. No effect moves a value
+    beyond the interval in bench.yaml.
+    """
+    for effect in effects:
+        names = []
+        for name, shift in effect.whole.items():
+            one = intervals[name]
+            value = Interval.around(one.value, 0.0)
+            moved = _moved(value, shift, 0.0, True, getattr(bench.mechanics, name))
+            if _hull(one, moved) != one:
+                names.append(name)
+        if names:
+            return effect.what[-1], names
+    return None
 
 
 def _with_shifts(

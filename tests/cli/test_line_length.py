@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import msgspec
@@ -143,13 +144,13 @@ def known_bench() -> Bench:
 def test_a_warning_of_several_parameters_is_one_short_line() -> None:
     bench = known_bench()
     worse = replace(FIT, force_error=0.456)
-    effect = WidenedFit(FIT, max(WHAT.values(), key=len), dict.fromkeys(SLIDING, 123.4))
+    effect = WidenedFit(FIT, beyond=(max(WHAT.values(), key=len), SLIDING))
     warnings = [
         *contradiction_warnings(dict.fromkeys((*PARAMETERS, "stribeck_velocity"), WIDE), bench),
         *replacement_warnings(FIT, worse, {}),
         *doubt_warnings(worse, "least-squares"),
         *doubt_warnings(replace(FIT, residual=0.456), "least-squares"),
-        *effect.warnings(FIT.parameters),
+        *chain.from_iterable(effect.doubts(FIT.parameters).values()),
     ]
     assert len(warnings) >= 8
     assert max(map(len, warnings)) <= LONGEST_REFUSAL

@@ -65,7 +65,7 @@ def test_the_intervals_of_a_true_model_stay_nearly_as_they_are(bench: Bench) -> 
     ratios = []
     for seed in range(8):
         fit, result = both(axis(seed=seed)[0], bench)
-        assert result.warnings(result.fit.parameters) == ()
+        assert result.notes(result.fit.parameters) == ()
         ratios += [
             result.fit.parameters[name].half_width / fit.parameters[name].half_width
             for name in SLIDING
@@ -84,10 +84,28 @@ def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: B
     # the end moves by the error that the effect causes, and not by a multiple of it
     assert wide.value - wide.low < 1.6 * (wide.value - COULOMB)
     assert wide.value == plain.value
-    (warning,) = result.warnings(result.fit.parameters)
-    assert result.warnings({"coulomb": plain}) == ()
-    assert "friction that falls with speed" in warning
-    assert "coulomb" in warning
+    assert result.doubts(result.fit.parameters) == {}
+    (note,) = result.notes(result.fit.parameters)
+    assert result.notes({"coulomb": plain}) == ()
+    assert "friction that falls with speed (" in note
+    assert "coulomb" in note
+    assert note.endswith("declare load.terms: [offset, stribeck]")
+
+
+@pytest.mark.parametrize(("falling", "warned"), [(0.1, False), (0.3, True)])
+def test_an_effect_beyond_the_interval_is_a_warning(
+    bench: Bench, falling: float, warned: bool
+) -> None:
+    """The intervals include a fall of friction only up to a fifth of the rms effort."""
+    _, _, velocity = axis()
+    effect = falling * np.sign(velocity) * np.exp(-((velocity / 12.0) ** 2))
+    result = both(axis(effect)[0], bench)[1]
+    wide = result.fit.parameters["coulomb"]
+    assert (wide.low <= COULOMB <= wide.high) is not warned
+    assert len(result.notes(result.fit.parameters)) == 1
+    doubts = result.doubts(result.fit.parameters)
+    assert ("coulomb" in doubts) is warned
+    assert all("friction that falls" in text for (text,) in doubts.values())
 
 
 def coarse_record(step: float, stiffness: float, seed: int) -> MotionRecord:
@@ -149,8 +167,8 @@ def test_a_ripple_longer_than_the_strokes_widens_the_interval_of_the_inertia(ben
     plain, wide = fit.parameters["inertia"], result.fit.parameters["inertia"]
     assert not plain.low <= INERTIA <= plain.high
     assert wide.low <= INERTIA <= wide.high
-    (warning,) = result.warnings(result.fit.parameters)
-    assert "a load over the position" in warning
+    (note,) = result.notes(result.fit.parameters)
+    assert "a load over the position" in note
     declared = msgspec.structs.replace(bench, load=LoadTerms(("offset", "load_over_position")))
     known = least_squares([record], declared, IdentificationSettings()).parameters["inertia"]
     assert known.low <= INERTIA <= known.high
@@ -322,7 +340,7 @@ def test_an_effect_that_was_removed_widens_nothing(bench: Bench) -> None:
     result = widened(fit, [record], bench, settings.confidence)
     plain, wide = fit.parameters["offset"], result.fit.parameters["offset"]
     assert wide.half_width < 1.5 * plain.half_width
-    assert result.warnings(result.fit.parameters) == ()
+    assert result.notes(result.fit.parameters) == ()
     left = both(record, bench)[1].fit.parameters["offset"]
     assert left.half_width > 3.0 * wide.half_width
 
@@ -336,6 +354,7 @@ def test_no_end_moves_beyond_the_interval_of_the_bench(bench: Bench) -> None:
     mechanics = msgspec.structs.replace(bench.mechanics, coulomb=known)
     cut = both(record, msgspec.structs.replace(bench, mechanics=mechanics))[1]
     assert cut.fit.parameters["coulomb"].low == pytest.approx(lowest)
+    assert cut.doubts(cut.fit.parameters) == {}
 
 
 def test_an_absolute_interval_holds_every_constant() -> None:

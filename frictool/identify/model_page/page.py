@@ -61,7 +61,7 @@ def model_page(outcome: IdentifiedModel, panels: Sequence[FigurePanel]) -> str:
         warnings=result.warnings,
         parameters=_parameter_table(rows, result.confidence),
         constant=_range(model.bench.actuator.constant),
-        laws=law_lines(model),
+        laws=[*result.notes, *law_lines(model)],
         explanations=_explanation_table(outcome),
         figures=[panel.figure() for panel in panels],
         method=f"{result.method}: {METHODS[result.method].what}",
