@@ -275,6 +275,7 @@ def test_the_owner_of_the_sources_is_trusted(
     assert kernel_folders.untrusted_reason(folder, sources) == ""
 
 
+@POSIX
 def test_a_folder_that_another_process_removes_meanwhile_is_no_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

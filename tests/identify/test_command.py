@@ -15,6 +15,7 @@ from studies.rigs.identification_rigs import CLUTCH, EMPS, ROOT
 from studies.rigs.sample_logs import LOGS, SEED, TRUTH, csv
 from tests.support.command_line import refused
 from tests.support.measured_data import data
+from tests.support.short_logs import first_lines, first_part
 
 SINES, RAMP = ROOT / "sample_logs" / "sines.csv", ROOT / "sample_logs" / "ramp.csv"
 
@@ -93,6 +94,14 @@ def test_emps_by_the_published_pipeline(tmp_path: Path) -> None:
     assert load(tmp_path / "model.yaml", Model).parameters.inertia.source == "identified"
 
 
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first part of the sample log of strokes."""
+    path = tmp_path_factory.mktemp("short") / "sines.csv"
+    path.write_text(first_part("sines.csv"))
+    return path
+
+
 def changed(folder: Path, old: str, new: str) -> Path:
     """The clutch's bench with one text replaced."""
     text = CLUTCH.read_text()
@@ -102,9 +111,9 @@ def changed(folder: Path, old: str, new: str) -> Path:
     return path
 
 
-def test_a_canonical_log_is_compared_with_the_bench(tmp_path: Path) -> None:
+def test_a_canonical_log_is_compared_with_the_bench(tmp_path: Path, short: Path) -> None:
     log, target = tmp_path / "sines.mcap", tmp_path / "model.yaml"
-    assert run("ingest", SINES, "--bench", CLUTCH, "-o", log).code == 0
+    assert run("ingest", short, "--bench", CLUTCH, "-o", log).code == 0
     refused(
         run("identify", log, "--bench", EMPS, "-o", target),
         3,
@@ -121,11 +130,13 @@ def test_a_canonical_log_is_compared_with_the_bench(tmp_path: Path) -> None:
     assert not target.exists()
 
 
-def test_a_changed_constant_is_applied_to_raw_and_canonical_logs_alike(tmp_path: Path) -> None:
+def test_a_changed_constant_is_applied_to_raw_and_canonical_logs_alike(
+    tmp_path: Path, short: Path
+) -> None:
     log = tmp_path / "sines.mcap"
-    assert run("ingest", SINES, "--bench", CLUTCH, "-o", log).code == 0
+    assert run("ingest", short, "--bench", CLUTCH, "-o", log).code == 0
     warm = changed(tmp_path, "{value: 13.4e-3, low", "{value: 12.9e-3, low")
-    raw, canonical = (run("identify", path, "--bench", warm, "--json") for path in (SINES, log))
+    raw, canonical = (run("identify", path, "--bench", warm, "--json") for path in (short, log))
     assert json.loads(raw.stdout)["parameters"] == json.loads(canonical.stdout)["parameters"]
     assert json.loads(raw.stdout)["parameters"]["coulomb"]["value"] == pytest.approx(
         TRUTH.coulomb * 12.9 / 13.4, rel=2e-3
@@ -170,15 +181,15 @@ def test_json_of_the_answer_no_says_why(tmp_path: Path, rows: int) -> None:
     assert not target.exists()
 
 
-def test_the_same_log_twice_is_refused(tmp_path: Path) -> None:
+def test_the_same_log_twice_is_refused(tmp_path: Path, short: Path) -> None:
     log, target = tmp_path / "sines.mcap", tmp_path / "model.yaml"
-    assert run("ingest", SINES, "--bench", CLUTCH, "-o", log).code == 0
+    assert run("ingest", short, "--bench", CLUTCH, "-o", log).code == 0
     for twice in (
-        (SINES, SINES),
-        (SINES, log),
-        (log, "--ramp", SINES),
-        ("--loops", SINES, "--loops", log),
-        (log, "--loops", SINES),
+        (short, short),
+        (short, log),
+        (log, "--ramp", short),
+        ("--loops", short, "--loops", log),
+        (log, "--loops", short),
     ):
         refused(run("identify", *twice, "--bench", CLUTCH, "-o", target), 3, "is the same log as")
     assert not target.exists()
@@ -192,8 +203,10 @@ def test_one_absurd_position_is_named(tmp_path: Path) -> None:
     refused(run("identify", log, "--bench", CLUTCH), 3, "log.csv:1001:", "2^53 counts")
 
 
-def test_a_counter_that_wraps_is_refused_until_the_bench_says_so(tmp_path: Path) -> None:
-    header, *rows = SINES.read_text().splitlines()
+def test_a_counter_that_wraps_is_refused_until_the_bench_says_so(
+    tmp_path: Path, short: Path
+) -> None:
+    header, *rows = short.read_text().splitlines()
     log = tmp_path / "log.csv"
     cells = [row.split(",") for row in rows]
     log.write_text(
@@ -215,7 +228,7 @@ def test_a_counter_that_wraps_is_refused_until_the_bench_says_so(tmp_path: Path)
     assert result.stderr == ""
     assert (
         json.loads(result.stdout)["parameters"]
-        == json.loads(run("identify", SINES, "--bench", CLUTCH, "--json").stdout)["parameters"]
+        == json.loads(run("identify", short, "--bench", CLUTCH, "--json").stdout)["parameters"]
     )
 
 
@@ -234,7 +247,7 @@ def test_the_advice_for_a_position_that_wraps_repairs_the_log(
     unit: str, factor: float, period: float, line: str, tmp_path: Path
 ) -> None:
     """The parameters of the wrapped log are those of the same numbers without the wraps."""
-    header, *rows = SINES.read_text().splitlines()
+    header, *rows = first_lines("sines.csv")
     cells = [row.split(",") for row in rows]
     bench = changed(tmp_path, "column: encoder, unit: count", f"column: encoder, unit: {unit}")
     log, found = tmp_path / "log.csv", {}
@@ -266,7 +279,7 @@ def test_the_advice_for_a_position_that_wraps_repairs_the_log(
 
 
 def test_a_jump_is_told_once(tmp_path: Path) -> None:
-    header, *rows = SINES.read_text().splitlines()
+    header, *rows = first_lines("sines.csv")
     log = tmp_path / "log.csv"
     cells = [row.split(",") for row in rows]
     jumped = (
@@ -321,8 +334,8 @@ def test_without_logs() -> None:
     assert run("identify", "--bench", CLUTCH).code == 2
 
 
-def test_options_change_the_result() -> None:
-    line = ("identify", SINES, "--bench", CLUTCH, "--method", "weak", "--json")
+def test_options_change_the_result(short: Path) -> None:
+    line = ("identify", short, "--bench", CLUTCH, "--method", "weak", "--json")
     plain, wide, narrow = (
         json.loads(run(*line, *options).stdout)
         for options in ((), ("--confidence", "0.99"), ("--window", "21"))

@@ -346,7 +346,7 @@ def test_a_test_of_more_than_an_hour_is_written_only_if_an_option_chooses_its_le
     tmp_path: Path,
 ) -> None:
     rig, out = tmp_path / "bench.yaml", tmp_path / "test.mcap"
-    rig.write_text(to_yaml(slow_bench(0.05)))
+    rig.write_text(to_yaml(structs.replace(slow_bench(0.05), sample_period_s=0.01)))
     line = ("excite", "--bench", rig, "--kind", "steps", "-o", out)
     refused(run(*line), 4, "time: the test `steps` takes", "at most 3600 s", "--repetitions")
     assert not out.exists()

@@ -29,18 +29,17 @@ from studies.rigs.sample_logs import ramp, sines
 from tests.support.driven_axes import driven, plain_axis
 from tests.support.linear_axis import linear_axis, linear_bench
 from tests.support.loaded_axis import loaded_axis
+from tests.support.short_logs import first_lines, first_part
 
 SAMPLES = ROOT / "sample_logs"
 CONFIG = ROOT / "configs" / "clutch"
 ENCODER, CURRENT = 1, 2  # columns of the sample logs
-ROWS = 10_000  # rows that are used of a sample log: strokes at every speed, and several ramps
 
 
 def good_sines(folder: Path) -> Path:
     """The first part of the sample log of strokes."""
     path = folder / "good_sines.csv"
-    lines = (SAMPLES / "sines.csv").read_text().splitlines(keepends=True)
-    path.write_text("".join(lines[: ROWS + 1]))
+    path.write_text(first_part("sines.csv"))
     return path
 
 
@@ -53,13 +52,12 @@ def negated(folder: Path, log: str, column: int) -> Path:
 
 @functools.cache
 def negated_text(log: str, column: int) -> str:
-    with (SAMPLES / log).open() as stream:
-        head, *rows = table.reader(stream)
+    head, *rows = table.reader(first_lines(log))
     text = io.StringIO()
     writer = table.writer(text)
     writer.writerow(head)
     writer.writerows(
-        [*row[:column], f"{-float(row[column]):g}", *row[column + 1 :]] for row in rows[:ROWS]
+        [*row[:column], f"{-float(row[column]):g}", *row[column + 1 :]] for row in rows
     )
     return text.getvalue()
 
@@ -127,7 +125,7 @@ def test_a_drive_that_cannot_overcome_friction_is_no_reversed_sign(
 ) -> None:
     """A hand moves the axis; the motor is off, or it brakes by its back-EMF through a resistor."""
     target, log = tmp_path / "model.yaml", tmp_path / "hand.csv"
-    head, *rows = table.reader(io.StringIO((SAMPLES / "sines.csv").read_text()))
+    head, *rows = table.reader(first_lines("sines.csv"))
     position = np.array([float(row[ENCODER]) for row in rows])
     velocity = np.gradient(position, 1e-3) * 2.0 * np.pi / 56.0
     smooth = np.convolve(velocity, np.full(101, 1.0 / 101.0), "same")
@@ -236,19 +234,9 @@ def test_a_model_of_the_benchs_values_says_so_and_is_refused_by_synth(tmp_path: 
 
 
 def test_the_option_changes_no_model_that_is_identified(tmp_path: Path) -> None:
-    target = tmp_path / "model.yaml"
-    assert (
-        run(
-            "identify",
-            SAMPLES / "sines.csv",
-            "--bench",
-            CLUTCH,
-            "--keep-bench-values",
-            "-o",
-            target,
-        ).code
-        == 0
-    )
+    log, target = good_sines(tmp_path), tmp_path / "model.yaml"
+    line = ("identify", log, "--bench", CLUTCH, "--keep-bench-values", "-o", target)
+    assert run(*line).code == 0
     assert load(target, Model).bench_values_only is None
 
 

@@ -30,7 +30,7 @@ WANTED = {"inertia": 0.02, "coulomb": 0.02}
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def files(tmp_path_factory: pytest.TempPathFactory, no_rehearsals: None) -> Path:
     """A folder with bench.yaml, test.mcap and promise.yaml."""
     folder = tmp_path_factory.mktemp("belt")
     bench, test, promise = (folder / name for name in ("bench.yaml", "test.mcap", "promise.yaml"))
