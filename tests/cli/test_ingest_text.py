@@ -135,6 +135,35 @@ def test_whole_seconds_are_read_at_the_period_of_the_advice(tmp_path: Path):
     assert np.allclose(read_mcap(log).main.time, 0.02 * np.arange(230))
 
 
+@pytest.mark.parametrize("german", [False, True])
+def test_a_row_for_each_value_is_refused_with_the_command_that_pivots_it(
+    german: bool, tmp_path: Path
+):
+    pandas = pytest.importorskip("pandas")
+    raw, bench = tmp_path / "trend.csv", tmp_path / "bench.yaml"
+    raw.write_text(EXPORT)
+    assert run("ingest", "--guess", raw, "-o", bench).code == 0
+    header = "VarName;TimeString;VarValue;Validity" if german else "Tag,Timestamp,Value,Quality"
+    row = (
+        "{};2026-03-04T09:12:30.{:03d};{},5;1" if german else "{},2026-03-04T09:12:30.{:03d},{}.5,1"
+    )
+    tags = "angle [deg]", "amps [A]"
+    lines = [header, *(row.format(tag, 50 * k, k) for k in range(20) for tag in tags)]
+    raw.write_text("\n".join(lines) + "\n")
+    text = run("init", tmp_path / "rig", "--from", raw).stderr
+    found = run("ingest", raw, "--bench", bench, "-o", tmp_path / "log.mcap")
+    assert found.stderr.endswith(f"\n{text}")
+    assert len(text) - len(str(tmp_path)) < 230
+    command = text.partition("pandas: ")[2].replace("FILE", repr(str(raw)))
+    wide = tmp_path / "wide.csv"
+    eval(f"pandas.{command.replace('wide.csv', str(wide))}", {"pandas": pandas})
+    found = run("ingest", "--guess", wide, "-o", bench, "--json")
+    assert json.loads(found.stdout)["columns"] == {
+        "position": ["angle", "deg"],
+        "current": ["amps", "A"],
+    }
+
+
 def test_a_row_that_lacks_several_numbers_is_lost_once(tmp_path: Path):
     raw, bench, log = tmp_path / "export.csv", tmp_path / "bench.yaml", tmp_path / "log.mcap"
     raw.write_text(EXPORT)

@@ -42,6 +42,7 @@ from frictool.logs.log import Log
 from frictool.logs.quality.time_base import encoder_step, time_base
 from frictool.logs.raw_table import EMPTY_CELL, SALVAGE, RawTable
 from frictool.logs.recordings.recording_files import sources
+from frictool.logs.text.csv_format import CsvTable
 from frictool.typing import Vector
 
 AXIS_NAMES: dict[Axis, set[str]] = {
@@ -150,7 +151,7 @@ def start_from(
 def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
     """Return the first rows of each table with numbers; tables with more columns come first.
 
-    Raises LogError if no table has numbers.
+    Raises LogError if no table has numbers, or if a text file is in long format.
     """
     starts = [_start(table) for table in sorted(tables, key=lambda one: -len(one.names))]
     memory_tables = [start for start in starts if start is not None]
@@ -160,6 +161,10 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
                 # raises LogError if the rows are invalid or damaged
                 next(iter(table.blocks(table.names)), None)
         raise LogError(tables[0].source, "has no column with a finite number in its first rows")
+    for table in tables:
+        advice = table.pivot_advice if isinstance(table, CsvTable) else None
+        if advice is not None and not guess(memory_tables, "rotary").columns.keys() - {TIME}:
+            raise LogError(table.source, advice)
     return memory_tables
 
 

@@ -27,6 +27,7 @@ from frictool.logs.kernels.row_scanner import CELL, CUT, ROW, SKIP, STAMP
 from frictool.logs.open_file import open_log
 from frictool.logs.raw_table import EMPTY_CELL, SALVAGE, DataLoss, RowBlock, find
 from frictool.logs.text.cells import THOUSANDS, number
+from frictool.logs.text.long_format import pivot_advice
 from frictool.logs.text.row_batches import RowBatch, RowIssue, TextWindow, batches
 from frictool.logs.text.text_encoding import decoded, encoding_of, head_bytes, is_text, text_bytes
 from frictool.logs.text.text_layout import LONGEST_LINE, find_layout
@@ -86,8 +87,19 @@ class CsvTable:
         self.units = dict(zip(text_layout.names, text_layout.units, strict=True))
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with the name or number (from 1) `wanted`, else None."""
-        return find(self.layout.names, wanted)
+        """Return the name of the column with the name or number (from 1) `wanted`, else None.
+
+        Raises LogError if there is no such column because the file is in long format.
+        """
+        name = find(self.layout.names, wanted)
+        if name is None and self.pivot_advice is not None:
+            raise LogError(self.source, self.pivot_advice)
+        return name
+
+    @property
+    def pivot_advice(self) -> str | None:
+        """Return a message if the file is in long format (text/long_format.py), else None."""
+        return pivot_advice(self.layout)
 
     def line(self, row: int) -> int | None:
         """Return the line number of the row `row` in the file; blank lines are counted, too."""
