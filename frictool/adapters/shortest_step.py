@@ -28,10 +28,10 @@ class ShortestStepTimes(NamedTuple):
         """Return the worst time and the length of the step as text."""
         step = f"a step of {self.length:.4g} {si_unit('position', bench.axis)}"
         if math.isinf(self.worst):
-            return f"even at its limit, the drive cannot make {step} on the slowest plant"
+            return f"at the drive's limit, {step} is not possible on the slowest plant"
         return (
-            f"at its limit, the drive needs {1e3 * self.worst:.4g} ms for {step} on the slowest "
-            "plant"
+            f"at the drive's limit, {step} takes at least {1e3 * self.worst:.4g} ms on the "
+            "slowest plant"
         )
 
 

@@ -45,8 +45,9 @@ def temperature_text(law: FrictionOverTemperature, temperature: float) -> str:
 
 
 def temperature_words(owner: str, text: str) -> str:
-    """Return a remark on the temperature at which `owner` is simulated.
+    """Return a remark on the temperature at which a model is simulated.
 
+    `owner`: name of the model or of its file.
     `text`: result of `temperature_text`.
     """
     return f"{owner} is simulated at {text}"

@@ -167,8 +167,8 @@ class DesignTest:
     ) -> ControllerJudge:
         """Return a judge of `plants` in another scenario and with other requirements.
 
-        `places`: shift of each plant's start [encoder counts]. `target`: shift of the targets
-        [encoder counts].
+        - places: shift of each plant's start [encoder counts]
+        - target: shift of the targets [encoder counts]
         """
         moved = structs.replace(
             scenario, steps=tuple(self._moved(step, target) for step in scenario.steps)

@@ -116,7 +116,7 @@ def _cuts(
 
 
 def _passed(one: Candidate) -> dict[int, bool]:
-    """Return index of a plant -> True if the candidate meets all requirements with this plant."""
+    """Return, for each plant index, True if the candidate meets all requirements with the plant."""
     passed: dict[int, bool] = {}
     for runs in one.runs[:2]:  # the other tests have other plants
         met = np.all(shortfalls(runs, 0.0) <= 0.0, axis=1)

@@ -63,8 +63,8 @@ class SearchFindings:
     - best: of the examined candidates, the one whose largest violation on all plants is smallest;
       None if no examined candidate can be simulated with all plants
     - accepted: True if the best candidate passes every test and is verified
-    - places: key of each requirement that the best candidate misses in the whole test -> step and
-      plant of the worst value
+    - places: for each requirement that the best candidate misses in the whole test, step and plant
+      of the worst value
     - relaxations: requirements with a relaxed limit; with any one of them, a candidate passes every
       test
     - examined: candidates closest to the limits, with their results on all plants
@@ -83,8 +83,9 @@ class SearchFindings:
 class CandidateExamination:
     """Examination of the candidates of a search.
 
-    `test`: the test that a design must pass. `tests`: the tests of the search. `controller`:
-    function that returns the controller of a design.
+    - test: the test that a design must pass
+    - tests: the tests of the search
+    - controller: function that returns the controller of a design
     """
 
     test: DesignTest

@@ -62,8 +62,10 @@ class ShorterStep(ResultView):
 class ShorterSteps(ResultView):
     """Verdicts on all shorter steps, shortest first.
 
-    `plants`: names of the plants by index. `not_judged`: keys of specified requirements that need a
-    long hold, or that a run leaves undecided. `unit`: unit of a length.
+    - plants: names of the plants by index
+    - not_judged: keys of specified requirements that need a long hold, or that a run leaves
+      undecided
+    - unit: unit of a length
     """
 
     steps: tuple[ShorterStep, ...]

@@ -35,7 +35,7 @@ class CampaignPaths:
 
     @property
     def inputs(self) -> dict[str, Path]:
-        """Return field name -> path for all paths that are not None."""
+        """Return all paths that are not None, by the name of the field."""
         return {name: path for name, path in vars(self).items() if path is not None}
 
 

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 class Verbosity:
     """Amount of text on stderr besides warnings and errors, the same for the whole process.
 
-    quiet: no progress and no remarks. verbose: progress also if stderr is not a terminal.
+    - quiet: no progress and no remarks
+    - verbose: progress also if stderr is not a terminal
     """
 
     quiet = False

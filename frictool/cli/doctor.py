@@ -125,7 +125,8 @@ def _compiled() -> tuple[list[str], dict[str, Any]]:
     with progress("compiling") as report:
         done = compile_all(report)
     lines = [
-        f"compiled: {done.compiled} functions; {done.prepared} kernels are now in {kernels.FOLDER}"
+        f"compiled: {done.compiled} functions; {kernels.FOLDER} now contains "
+        f"{done.prepared} kernels (functions in machine code)"
     ]
     lines += [f"not compiled: {failure}" for failure in done.failures]
     return lines, {"kernels": done.prepared, "compiled": done.compiled, "failures": done.failures}

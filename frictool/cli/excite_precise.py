@@ -31,7 +31,7 @@ SETTINGS = ("duration", "seed")  # options of --kind that --for reads
 class PreciseRun:
     """Arguments and options of `frictool excite --for`.
 
-    - wanted: parameter -> requested relative precision
+    - wanted: requested relative precision of each parameter
     - options: values of the options that --for shares with --kind
     - precise: values of the options --longest, --noise, --ramps and --promise
     """

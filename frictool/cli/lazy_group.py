@@ -22,7 +22,7 @@ def abandon_stdout() -> None:
 class LazyGroup(click.Group):
     """Group that imports a command only when it is called.
 
-    `table`: command name -> (module, one line for --help).
+    `table`: maps each command's name to (module, one line for --help).
     """
 
     def __init__(self, *args: Any, table: dict[str, tuple[str, str]], **kwargs: Any) -> None:

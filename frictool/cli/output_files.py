@@ -117,7 +117,7 @@ def check_output(target: Path, inputs: list[Path]) -> None:
 def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> None:
     """Check, before any work, that all outputs differ and that each of them can be written.
 
-    `targets`: name of the option -> path or None. Raises click.UsageError if two paths are equal,
+    `targets`: path of each output option, or None. Raises click.UsageError if two paths are equal,
     and OutputError under the conditions of `check_output`.
     """
     options: dict[Path, str] = {}

@@ -21,7 +21,7 @@ def save_folder(
     overwrite: bool,
     parents: bool = False,
 ) -> None:
-    """Write `files` (relative name -> content) into `target`; other files there stay as they are.
+    """Write `files` (contents by relative name) into `target`; other files there do not change.
 
     `-` writes a tar archive to stdout. `target` is created if necessary; `parents`: True to create
     the folders above `target` as well. Raises OutputError, before anything is changed, if a file is
@@ -75,7 +75,7 @@ def _bytes(content: str | bytes) -> bytes:
 
 
 def archive(files: Mapping[str, str | bytes]) -> bytes:
-    """Return an uncompressed tar archive of the files (name -> content).
+    """Return an uncompressed tar archive of the files (contents by name).
 
     The archive contains neither owners nor times, so that the same files give the same bytes.
     """

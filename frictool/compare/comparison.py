@@ -54,7 +54,7 @@ class LawRunner(Protocol):
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return row of thesis table 2.1 -> symbol, for the rows that simulations can determine.
+        """Return the symbols of those rows of thesis table 2.1 that simulations can determine.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test
@@ -65,9 +65,9 @@ class LawRunner(Protocol):
 class LawResult:
     """Measures, verdicts and trajectories of one law.
 
-    - verdicts: row of thesis table 3.2 -> symbol
-    - properties: row of thesis table 2.1 -> symbol
-    - runs: name of a test -> trajectory
+    - verdicts: symbol in each row of thesis table 3.2
+    - properties: symbol in each row of thesis table 2.1
+    - runs: trajectory of each test, by the name of the test
     - loop: positions and friction of the presliding test; None for a rigid contact
     """
 

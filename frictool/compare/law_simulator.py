@@ -137,7 +137,7 @@ class LawSimulator:
             self.packed(law)
 
     def refusals(self, laws: tuple[str, ...]) -> dict[str, str]:
-        """Return law -> reason, for each law that does not support an extension of the setting."""
+        """Return why a law does not support an extension of the setting, for each such law."""
         reasons = {}
         for law in laws:
             try:
@@ -239,7 +239,7 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return row of thesis table 2.1 -> symbol, for the rows that simulations can determine.
+        """Return the symbols of those rows of thesis table 2.1 that simulations can determine.
 
         - compliance: True if the contact is compliant in presliding
         - drift: trajectory of the drift test

@@ -81,7 +81,7 @@ def _hybrid(
 
 
 def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
-    """Return a static law as printed in the thesis: (v, u) -> (friction, velocity of the mass).
+    """Return a static law as printed in the thesis: it maps (v, u) to (friction, mass velocity).
 
     v is the velocity, u the effort. A law that treats low speeds as rest returns the velocity 0 at
     these speeds.

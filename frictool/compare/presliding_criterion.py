@@ -1,7 +1,7 @@
 """Presliding (thesis 3.7.4): compliance, hysteresis and loop closure of the contact.
 
-The path of compare/input_protocol.py contains an inner loop, 0.4 -> -0.2 -> 0.4 z_max, and outer
-loops between -0.7 and 0.7 z_max. z_max is the largest presliding displacement.
+The path of compare/input_protocol.py contains an inner loop from 0.4 z_max to -0.2 z_max
+and back, and outer loops between -0.7 and 0.7 z_max. z_max is the largest presliding displacement.
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ def table_differences(
 ) -> list[TableDifference]:
     """Return every cell of thesis tables 2.1 and 3.2 in which computed and printed values differ.
 
-    `verdicts`, `properties`: law -> row -> symbol.
+    `verdicts`, `properties`: for each law, the symbol in each row.
     """
     differences = []
     for table, rows, printed, computed in (

@@ -144,7 +144,7 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     def __post_init__(self) -> None:
         if self.action == "brake" and self.rest_speed == 0.0:
             raise ValueError(
-                "`action: brake` needs rest_speed > 0; with 0 the drive would never become 0"
+                "`action: brake` needs rest_speed > 0; otherwise the drive is never switched off"
             )
         if self.band == 0.0 and (self.kind == "square_root" or self.action != "none"):
             raise ValueError("a square-root law and the actions cut and brake need `band` > 0")

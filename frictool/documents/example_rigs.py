@@ -15,7 +15,7 @@ PACKED = ".xz"
 
 
 def example_files(name: str) -> dict[str, str]:
-    """Return the files of the example rig `name` (a key of EXAMPLES): path in the rig -> text."""
+    """Return the texts of the example rig `name` (a key of EXAMPLES), by path in the rig."""
     import lzma
 
     import jinja2

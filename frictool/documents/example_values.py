@@ -23,7 +23,7 @@ def examples_of(document: Any) -> tuple[str, ...]:
 def examples_words(groups: Mapping[str, Iterable[str]]) -> str:
     """Return a message on example values that are not replaced yet; empty if all are replaced.
 
-    groups: document -> keys of its example values. A long message names only the first keys.
+    groups: keys of the example values of each document. A long message names only the first keys.
     """
     left = {name: keys for name, values in groups.items() if (keys := tuple(values))}
     described = [

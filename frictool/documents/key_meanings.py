@@ -55,7 +55,7 @@ def summary_of(kind: type[msgspec.Struct]) -> str:
 
 
 def meanings_of(kind: type[msgspec.Struct]) -> dict[str, str]:
-    """Return key -> meaning for each key that the docstring of the type or COMMON explains."""
+    """Return the meaning of each key that the docstring of the type or COMMON explains."""
     meanings = {
         key: " ".join(text.split())
         for keys, text in ITEM.findall(inspect.cleandoc(kind.__doc__ or ""))

@@ -33,7 +33,7 @@ class NodeReader:
         raise DocumentError(self.path, message, line=node.start_mark.line + 1, key=key)
 
     def pairs(self, node: yaml.Node, key: str) -> Pairs:
-        """Return key -> (node of the key, node of the value) for a mapping.
+        """Return (node of the key, node of the value) for each key of a mapping.
 
         Raises DocumentError if the node is not a mapping, or if a key is not a text, is too long,
         or occurs twice.

@@ -47,13 +47,13 @@ class StartingRig:
 
     log: base name of the log.
     log_path: path of the log, relative to the rig's folder.
-    columns: channel -> (column, unit).
+    columns: (column, unit) of each channel.
     left: columns that were assigned to no channel.
-    unreadable: column in `left` -> reason why it cannot be read.
+    unreadable: reason why a column in `left` cannot be read, by column.
     period: sample period [s].
     step: step of the encoder [rad | m].
     axis_source: source of the kind of axis: the user, the log, or neither.
-    questions: channel -> note on a column or unit that the log does not contain.
+    questions: note on a column or unit that the log does not contain, by channel.
     percent: channels whose column is in per cent of a full scale that the log does not contain.
     preset: drive or robot whose log format has these columns; it determines the units.
     layout: layout of the log, from the user.

@@ -17,5 +17,5 @@ def fields_of(kind: type[msgspec.Struct]) -> tuple[msgspec.structs.FieldInfo, ..
 
 @functools.cache
 def hints_of(kind: type[msgspec.Struct]) -> dict[str, Any]:
-    """Return field name -> type of the field, including its metadata."""
+    """Return the type of each field, including its metadata."""
     return typing.get_type_hints(kind, include_extras=True)

@@ -62,9 +62,10 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
     """Return the parameters (full, fresh) of the breakaway friction at position x.
 
-    full [N m | N]: breakaway friction after a long rest. fresh: breakaway friction just after a
-    stop, divided by full; fresh * full is at least the Coulomb friction. p: parameters with
-    `AxisLaws`.
+    - full [N m | N]: breakaway friction after a long rest
+    - fresh: breakaway friction just after a stop, divided by full; fresh * full is at least the
+      Coulomb friction
+    - p: parameters with `AxisLaws`
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -145,7 +146,10 @@ def is_straight(p: Vector, load: Vector) -> bool:
     """Return True if the motion of the axis in slip always has a closed form.
 
     This requires friction that is independent of the position and piecewise linear in the speed,
-    and no load. p: parameters of the axis; load (l,): array of plant/position_load.py.
+    and no load.
+
+    - p: parameters of the axis
+    - load (l,): array of plant/position_load.py
     """
     if load.shape[0] > 0:
         return False
@@ -193,8 +197,8 @@ def slip_line(
 ) -> tuple[float, float]:
     """Return (c, b) such that the friction at the present speed w is c + b w + Stribeck term.
 
-    driving: True if the backlash is closed, so that the motor moves the load. laws: `p` if the axis
-    has `AxisLaws`, else None.
+    - driving: True if the backlash is closed, so that the motor moves the load
+    - laws: `p` if the axis has `AxisLaws`, else None
     """
     if not driving:
         return p[ax.BACKLASH_COULOMB], 0.0

@@ -51,8 +51,9 @@ def servo_effort(
 class RampProgress(NamedTuple):
     """Progress of a ramp test.
 
-    row: index of the next drive value. segment: number of the present segment (ramp), with the sign
-    of its direction. start: encoder reading [rad | m] at the start of the segment.
+    - row: index of the next drive value
+    - segment: number of the present segment (ramp), with the sign of its direction
+    - start: encoder reading [rad | m] at the start of the segment
     """
 
     row: int
@@ -72,8 +73,10 @@ def next_place(
 ) -> RampProgress:
     """Return the progress after a sample; at the end of the test, the field `row` equals `rows`.
 
-    rows: number of drive values. measured: encoder reading at the sample. `play_ramps` describes
-    the other arguments.
+    - rows: number of drive values
+    - measured: encoder reading at the sample
+
+    `play_ramps` describes the other arguments.
     """
     row = progress.row
     if measured > rules[2] if progress.segment > 0.0 else measured < rules[1]:
@@ -99,10 +102,13 @@ def play_reference(
 ) -> int:
     """Simulate the axis under its position loop with the `reference` (n,); return a status.
 
-    axis: parameters (plant/axis.py). load: array of the load (plant/position_load.py). `state`
-    (7,) is changed in place, `position` and `drive` (n,) are filled. servo (5,): array of a
-    `PositionServo`; the field `limit` is ignored, because the drive of the axis limits the effort.
-    engine/status_codes.py lists the statuses.
+    - axis: parameters (plant/axis.py)
+    - load: array of the load (plant/position_load.py)
+    - servo (5,): array of a `PositionServo`; the field `limit` is ignored, because the drive of the
+      axis limits the effort
+
+    `state` (7,) is changed in place, `position` and `drive` (n,) are filled. engine/status_codes.py
+    lists the statuses.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)
@@ -177,12 +183,14 @@ def play_ramps(
 ) -> int:
     """Apply the drive values `rows` (n,) of a ramp test; fill `position` and `drive` (n,).
 
-    segment (n,): number of the segment of each value; its sign is the direction. following (n,):
-    index of the first value of the next segment. turning (n,): index of the first value of the next
-    segment in the opposite direction. An index is n if there is no such segment. rules (3,) [rad |
-    m]: displacement after which a segment ends; lower and upper position at which the direction
-    changes. played (1,): set to the number of values applied. Returns a status of
-    engine/status_codes.py.
+    - segment (n,): number of the segment of each value; its sign is the direction
+    - following (n,): index of the first value of the next segment
+    - turning (n,): index of the first value of the next segment in the opposite direction
+    - rules (3,) [rad | m]: displacement after which a segment ends; lower and upper position at
+      which the direction changes
+    - played (1,): set to the number of values applied
+
+    An index is n if there is no such segment. Returns a status of engine/status_codes.py.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)

@@ -5,9 +5,9 @@
 
 P, I and D are gains. The controller runs once per period; derivatives are backward differences.
 With r = 1 the derivative acts on the error, with r = 0 on the position alone. A cascade of a
-position gain k_p and a speed gain k_v has P = k_v k_p, D = k_v, r = 0. The effort acts without
-delay and is constant for a period; the drive may have a lag. Without quantisation, the simulated
-motion is a smooth function of the axis's parameters.
+position gain k_p and a speed gain k_v has P = k_v k_p, D = k_v, r = 0. The commanded effort has no
+delay and is held for a period. The drive follows the command, optionally with a lag. Without
+quantisation, the simulated motion is a smooth function of the axis's parameters.
 """
 
 from __future__ import annotations
@@ -33,8 +33,10 @@ class PositionServo(NamedTuple):
     """Gains P, I and D of the bench's position loop.
 
     Units are N/m, N/(m s) and N s/m for a linear axis, N m/rad, N m/(rad s) and N m s/rad for a
-    rotary axis. reference_rate: weight r of the reference in the derivative term. limit [N | N m]:
-    largest effort.
+    rotary axis.
+
+    - reference_rate: weight r of the reference in the derivative term
+    - limit [N | N m]: largest effort
     """
 
     proportional: float
@@ -59,10 +61,13 @@ def follow_reference(
 ) -> int:
     """Simulate the axis under its position loop with the `reference` (n,); return a status.
 
-    p: parameters (engine/effort_replay.py `replay_parameters`). load: array of the load
-    (plant/position_load.py). `state` (7,) is changed in place; positions, velocities and efforts
-    (n,) are filled. servo (5,): array of a `PositionServo`. start [N m | N]: first effort; if the
-    loop has an integral gain, the initial integral is computed from `start`.
+    - p: parameters (engine/effort_replay.py `replay_parameters`)
+    - load: array of the load (plant/position_load.py)
+    - servo (5,): array of a `PositionServo`
+    - start [N m | N]: first effort; if the loop has an integral gain, the initial integral is
+      computed from `start`
+
+    `state` (7,) is changed in place; positions, velocities and efforts (n,) are filled.
     engine/status_codes.py lists the statuses.
     """
     coefficients = np.empty((2, 6))

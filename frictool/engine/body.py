@@ -57,11 +57,13 @@ TOLERANCE_DEFAULT = 1e-8
 class FrictionBody:
     """Mass [kg | kg m2] with friction, SI; forces in N for a linear axis, N m for a rotary one.
 
-    slip_force: kernel (v, direction, law) -> force. law: parameters of this kernel. `breakaway`,
-    `coulomb`, `viscous` and `viscous_beyond` (viscous coefficient above the speed `knee`) are pairs
-    (backward, forward), >= 0. stops: positions (low, high) of the end stops. tolerance: allowed
-    error of the speed in an integration step, divided by the reference speed that `layer_piece` of
-    motion_pieces.py defines.
+    - slip_force: kernel that maps (v, direction, law) to a force
+    - law: parameters of this kernel
+    - breakaway, coulomb, viscous: pairs (backward, forward), >= 0
+    - viscous_beyond: viscous coefficients (backward, forward) above the speed `knee`, >= 0
+    - stops: positions (low, high) of the end stops
+    - tolerance: allowed error of the speed in an integration step, divided by the reference speed
+      that `layer_piece` of motion_pieces.py defines
     """
 
     mass: float

@@ -73,10 +73,12 @@ def run(
 ) -> int:
     """Simulate the loop over `reference` (n,), one value per `period` [s]; fill `record` (n, 7).
 
-    axis (a,), state (7,): plant/axis.py. controller: array of control/compiled_program.py,
-    initialised at the measured position. State and controller are changed in place. load:
-    plant/position_load.py; None if every slip has a closed form (`load_of_run`). conditions (n, 8):
-    engine/disturbances_and_faults.py, or (0, 8) if there are no conditions.
+    - axis (a,), state (7,): parameters and state of the axis (plant/axis.py)
+    - controller: array of control/compiled_program.py, initialised at the measured position
+    - load: plant/position_load.py; None if every slip has a closed form (`load_of_run`)
+    - conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) if there are no conditions
+
+    State and controller are changed in place.
 
     Returns a status of engine/status_codes.py. If the status is not OK, the record is filled up to
     the failing sample.
@@ -124,9 +126,12 @@ def advance_sample(
 ) -> int:
     """Apply the command of sample k, fill the record's row (7,), and advance to sample k + 1.
 
-    axis (a,): parameters without drifts, followed by the load (plant/position_load.py `with_load`).
-    p (a,): parameters with the drifts of sample k - 1, updated to sample k. waiting (delay_samples
-    + 1,): commands that do not act yet, updated. load: None if every slip has a closed form.
+    - axis (a,): parameters without drifts, followed by the load (plant/position_load.py
+      `with_load`)
+    - p (a,): parameters with the drifts of sample k - 1, updated to sample k
+    - waiting (delay_samples + 1,): commands that do not act yet, updated
+    - load: None if every slip has a closed form
+
     Returns a status of engine/status_codes.py.
     """
     acting, _ = begin_sample(axis, state, p, waiting, k, measured, command, row, conditions)

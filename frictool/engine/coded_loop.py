@@ -32,9 +32,9 @@ def replay_coded(
 ) -> None:
     """Run a controller's machine code over recorded samples; write its commands to `returned` (n,).
 
-    controller (v,): values of the controller's program, changed in place. code: address of the
-    machine code (machine_code.MachineCode). reference, position, velocity (n,): inputs of the
-    controller.
+    - controller (v,): values of the controller's program, changed in place
+    - code: address of the machine code (machine_code.MachineCode)
+    - reference, position, velocity (n,): inputs of the controller
     """
     memory = np.int64(controller.ctypes.data)
     for k in range(reference.shape[0]):
@@ -56,8 +56,8 @@ def run_coded(
 ) -> int:
     """Simulate the loop as `closed_loop.run` does, with the controller's machine code.
 
-    controller (v,): values of the program (machine_code.started_values), changed in place. code:
-    address of the machine code (machine_code.MachineCode).
+    - controller (v,): values of the program (machine_code.started_values), changed in place
+    - code: address of the machine code (machine_code.MachineCode)
     """
     if load is not None:
         axis = with_load(axis, load)

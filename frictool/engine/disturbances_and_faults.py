@@ -135,8 +135,9 @@ def true_command(command: float, limit: float, row: Vector) -> float:
 def faulty(reported: float, step: float, last: float, row: Vector) -> float:
     """Return the reading [rad | m] of an encoder with the faults of `row`.
 
-    reported: reading without faults. last: reading at the previous sample. step: resolution [rad |
-    m].
+    - reported: reading without faults
+    - last: reading at the previous sample
+    - step: resolution [rad | m]
     """
     if row[ENCODER_FAULT] == INVALID:
         return math.nan

@@ -171,7 +171,8 @@ def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
     """Fill `point` (n,) with the state at which the derivatives of a stage are evaluated.
 
-    y (n,): state at the start of the step. slopes (7, n): derivatives of the earlier stages.
+    - y (n,): state at the start of the step
+    - slopes (7, n): derivatives of the earlier stages
     """
     for row in range(y.shape[0]):
         total = 0.0

@@ -1,4 +1,4 @@
-"""Effort on a body as a function of time and motion, one formula for all drives.
+"""Effort on a body as a function of time and motion: one formula for all kinds of drive.
 
     u(t) = offset + slope t + amplitude sin(frequency t + phase)
            - proportional (x - r) - derivative v - integral q
@@ -87,8 +87,8 @@ def ramped(effort: float, rate: float, start: float = 0.0) -> EffortFunction:
 def spring(stiffness: float, speed: float, position: float = 0.0) -> EffortFunction:
     """Return the effort of a spring whose free end moves at `speed` [m/s | rad/s].
 
-    stiffness [N/m | N m/rad]: stiffness of the spring. position [m | rad]: position of the free end
-    at t = 0.
+    - stiffness [N/m | N m/rad]: stiffness of the spring
+    - position [m | rad]: position of the free end at t = 0
     """
     return EffortFunction(proportional=stiffness, target=position, target_speed=speed)
 
@@ -96,8 +96,9 @@ def spring(stiffness: float, speed: float, position: float = 0.0) -> EffortFunct
 def pid(proportional: float, derivative: float, integral: float, target: float) -> EffortFunction:
     """Return the effort of a PID position controller (thesis 3.40).
 
-    proportional, derivative, integral: gains Kp [N/m | N m/rad], Kv [N s/m | N m s/rad] and
-    Ki [N/(m s) | N m/(rad s)]. target [m | rad]: reference.
+    - proportional, derivative, integral: gains Kp [N/m | N m/rad], Kv [N s/m | N m s/rad] and Ki
+      [N/(m s) | N m/(rad s)]
+    - target [m | rad]: reference
     """
     return EffortFunction(
         proportional=proportional, derivative=derivative, integral=integral, target=target

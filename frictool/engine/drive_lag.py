@@ -64,10 +64,15 @@ def outgrowing_time(
     breakaway(t) = full dwell_factor(rested + t, fresh, rise)
                  = full - lost/(age + t)     age = rise + rested, lost = (1 - fresh) full rise
 
-    settled: final effort [N m | N]. losing: final effort minus effort at t = 0 [N m | N]. lag [s]:
-    time constant of the drive. full: breakaway after a long rest [N m | N]. fresh * full: breakaway
-    just after a stop. rise [s]: time at rest after which half of the growth is reached. rested [s]:
-    time at rest before t = 0. At t = 0 the effort must be below the breakaway.
+    - settled: final effort [N m | N]
+    - losing: final effort minus effort at t = 0 [N m | N]
+    - lag [s]: time constant of the drive
+    - full: breakaway after a long rest [N m | N]
+    - fresh: breakaway just after a stop, divided by `full`
+    - rise [s]: time at rest after which half of the growth is reached
+    - rested [s]: time at rest before t = 0
+
+    At t = 0 the effort must be below the breakaway.
     """
     lost = (1.0 - fresh) * full * rise
     age = rise + rested

@@ -4,18 +4,21 @@
 
 x is the position, v the velocity, z the internal state of the law, F the friction, and J the
 inertia. The effort K i(t) of the drive is an exponential of time. The contact deflects under any
-effort, so that the axis is never exactly at rest, unlike an axis of engine/axis_motion.py. The
-motion is integrated by the Rosenbrock method of engine/dynamic_law_motion.py. The first step of a
-call has the step length that the previous call reached. Impacts at end stops are located on the
-dense output of a step. An axis that is pressed against a stop is exactly at rest. Backlash is not
-supported.
+effort. Therefore, the axis is exactly at rest only while the effort presses the axis against an end
+stop. The motion is integrated by the Rosenbrock method of engine/dynamic_law_motion.py. Impacts at
+end stops are located on the dense output of an integration step. Backlash is not supported.
 
-The parameters of the axis (plant/axis_friction_laws.py) are followed by DYNAMIC_SIZE values of the
-law, and then by the load. The values of the law are HEAD numbers (addresses of kernels, and sizes),
-the array `scales` of `dynamic_law_motion.run_dynamic`, one number per parameter that states with
-which factor the parameter drifts (FRICTION, SLOPE or 0), and the arrays of
-friction/law_extension.py. The state (7,) of the axis is followed by the length of the next step [s]
-and z.
+The parameter array contains, in this order:
+
+- the parameters of the axis (plant/axis_friction_laws.py)
+- HEAD values: addresses of the law's kernels, and sizes of arrays
+- the array `scales` of `dynamic_law_motion.run_dynamic`
+- for each parameter of the law, the factor with which it drifts: FRICTION, SLOPE or 0 (none)
+- the arrays of `law_extension.PackedExtension`
+- the load (plant/position_load.py)
+
+The state array contains the state (7,) of the axis, the length [s] of the next integration step,
+and z. An integration begins with the step length that the previous integration stored.
 """
 
 from __future__ import annotations

@@ -91,9 +91,9 @@ def virgin_contact(
 ) -> tuple[Vector, int, Vector]:
     """Return (z, m, scales) of a contact that has never moved.
 
-    z (n,): internal state. The first m elements follow differential equations; the other elements
-    are memory. scales (n,): change of each element of z over `length_scale` [m | rad], for error
-    control.
+    - z (n,): internal state. The first m elements follow differential equations; the other elements
+      are memory
+    - scales (n,): change of each element of z over `length_scale` [m | rad], for error control
     """
     z = kernels.reset(p)
     rates = np.zeros_like(z)
@@ -307,15 +307,19 @@ def run_dynamic(
     times: Vector,
     samples: Vector,
 ) -> tuple[int, float]:
-    """Simulate y = (x, v, q, z...), in place, from `start` [s] under successive drives.
+    """Simulate y = (x, v, q, z...), in place, from `start` [s] under a sequence of efforts.
 
-    ends (s,), drives (s, 10): drive i acts up to ends[i] [s]. kernels: result of `law_kernels`.
-    laws: the three arrays forward, backward and table of a PackedExtension, then an array for the
-    law's current parameters. Without an extension, this fourth array must contain the parameters.
-    moving: number of leading elements of z with a differential equation; the other elements are
-    memory. scales: relative tolerance, reference speed [m/s], 0 (q has no error control), and a
-    reference size for each element of z. times (n,): ascending, within the run. Fills samples (n,
-    5) with the values at `times`.
+    - ends (s,), drives (s, 10): the effort drives[i] (engine/drive.py) acts up to ends[i] [s]
+    - kernels: result of `law_kernels`
+    - laws: the three arrays forward, backward and table of a PackedExtension, then an array for the
+      law's current parameters. Without an extension, this fourth array must contain the parameters
+    - moving: number of leading elements of z with a differential equation; the other elements are
+      memory
+    - scales: relative tolerance, reference speed [m/s], 0 (q has no error control), and a reference
+      size for each element of z
+    - times (n,): ascending, within the run
+
+    Fills samples (n, 5) with the values at `times`.
 
     Returns a status of engine/status_codes.py and the time reached [s].
     """

@@ -70,9 +70,11 @@ def slip_through_period(
 ) -> bool:
     """Advance a slipping axis by one period in closed form; return False if an event may occur.
 
-    If the result is False, the state is unchanged. first, last: efforts at the start and the end of
-    the period [N m | N]. command: effort that the drive approaches. c (2, 6): result of
-    `period_coefficients`.
+    If the result is False, the state is unchanged.
+
+    - first, last: efforts at the start and the end of the period [N m | N]
+    - command: effort that the drive approaches
+    - c (2, 6): result of `period_coefficients`
     """
     velocity = state[ax.VELOCITY]
     if velocity == 0.0:
@@ -127,12 +129,15 @@ def replay(
 ) -> int:
     """Simulate the axis under `effort` (n,) [N m | N] from `state` (7,), in place.
 
-    p: result of `replay_parameters`. load: array of the load (plant/position_load.py). measured
-    (n,): measured positions [rad | m]. gains (2,): gains of the correction of position [-] and
-    velocity [1/s]; if both gains are zero, `measured` is ignored. Fills positions and velocities
-    (n,) at the samples. If p has no lag, the effort is constant within a period. With a lag, the
-    effort changes within a period from effort[k] to effort[k+1]. Returns a status of
-    engine/status_codes.py.
+    - p: result of `replay_parameters`
+    - load: array of the load (plant/position_load.py)
+    - measured (n,): measured positions [rad | m]
+    - gains (2,): gains of the correction of position [-] and velocity [1/s]; if both gains are
+      zero, `measured` is ignored
+
+    Fills positions and velocities (n,) at the samples. If p has no lag, the effort is constant
+    within a period. With a lag, the effort changes within a period from effort[k] to effort[k+1].
+    Returns a status of engine/status_codes.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

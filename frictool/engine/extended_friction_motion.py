@@ -195,8 +195,10 @@ def _first_breakaway(
     """Return the time [s] at which the rest ends, and True if the body then breaks away.
 
     The threshold never falls. The body therefore stays at rest on [a, b] if the largest effort on
-    [a, b] is below the threshold at a. more: amount by which the threshold is raised [N | N m].
-    size: sum of the magnitudes of the effort's terms.
+    [a, b] is below the threshold at a.
+
+    - more: amount by which the threshold is raised [N | N m]
+    - size: sum of the magnitudes of the effort's terms
     """
     bound = curvature_bound(u, h)
     low = 0.0
@@ -304,7 +306,8 @@ def slip_piece(
 ) -> tuple[float, int]:
     """Take one accepted step of a slip with a lubricant film; return step length [s] and status.
 
-    pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4): derivatives at the step's stages.
+    - pace (3,): as in `motion_pieces.layer_piece`
+    - slopes (7, 4): derivatives at the step's stages
     """
     body, drive = driven.body, driven.drive
     mass = body[fb.MASS]

@@ -153,10 +153,16 @@ def run_hybrid(
     """Simulate state = (x, v, q) and z, in place, from rest at `start` [s] to ends[-1].
 
     x is the position, v the velocity, q the integral of the position error, and z the law's state.
-    step [s]: length of a step. ends (s,), drives (s, 10): drive i acts up to ends[i] [s]; each step
-    uses the drive in the middle of the step. times (n,): ascending. Fills samples (n, 5), with the
-    values at the step start nearest to each element of `times`, and events (m, 4). laws: as in
-    `dynamic_law_motion.run_dynamic`. past (d + 1,): workspace for a film delay of d steps.
+
+    - step [s]: length of a step
+    - ends (s,), drives (s, 10): the effort drives[i] acts up to ends[i] [s]; each step uses the
+      effort in the middle of the step
+    - times (n,): ascending
+    - laws: as in `dynamic_law_motion.run_dynamic`
+    - past (d + 1,): workspace for a film delay of d steps
+
+    Fills samples (n, 5), with the values at the step start nearest to each element of `times`, and
+    events (m, 4).
 
     Returns a status of engine/status_codes.py, the time reached, and the number of events.
     """

@@ -1,4 +1,4 @@
-"""Simulation of a mass with any law of friction/law_registry.py under successive drives.
+"""Simulation of a mass with any law of friction/law_registry.py under a sequence of efforts.
 
     static    without a rest band    event-driven engine with error control
               with a rest band       the thesis's equations with a fixed time step
@@ -101,7 +101,7 @@ def run_law(
     times: ArrayLike,
     settings: LawRunSettings | None = None,
 ) -> Trajectory:
-    """Simulate a mass with a friction law under successive drives, from rest at position 0.
+    """Simulate a mass with a friction law under a sequence of efforts, from rest at position 0.
 
     Parameters
     ----------

@@ -32,9 +32,9 @@ def motion(
 ) -> None:
     """Fill the rows x, v, q and u of `piece` (4, TERMS) with power series in the time since t.
 
-    y: (x, v, q) at t. If `moving` is False, x and v are constant. start: acceleration at t,
-    including friction. At the beginning of a slip, an acceleration that is 0 to rounding must be
-    passed as 0.
+    - y: (x, v, q) at t. If `moving` is False, x and v are constant
+    - start: acceleration at t, including friction. At the beginning of a slip, an acceleration that
+      is 0 to rounding must be passed as 0
     """
     frequency = drive[dr.FREQUENCY]
     proportional = drive[dr.PROPORTIONAL]

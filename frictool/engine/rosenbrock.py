@@ -75,7 +75,8 @@ DENSE = np.array(
 def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> None:
     """Fill the first `rows` elements of out (n,) with the point at which stage i evaluates y'.
 
-    y: state at the start of the step. stages: results k of the earlier stages.
+    - y: state at the start of the step
+    - stages: results k of the earlier stages
     """
     for row in range(rows):
         total = y[row]
@@ -90,8 +91,10 @@ def complete_stage(
 ) -> None:
     """Replace row i of `stages`, which contains y' at the stage's point, by k_i.
 
-    gains (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of the m elements of z
-    that follow differential equations. in_time (3,): d(x', v', q')/dt.
+    - gains (3,): -dv'/d(x, v, q)
+    - couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of the m elements of z that follow differential
+      equations
+    - in_time (3,): d(x', v', q')/dt
     """
     m = couplings.shape[1]
     k = stages[i]

@@ -129,7 +129,10 @@ def arrive(
     """Update the body's direction, region and speed after an event of the given `kind`.
 
     Returns the kind of the event; RESTS_AT_STOP replaces BOUNCES if the flight after the rebound
-    would be too short. towards: direction of a breakaway. span [s]: duration of the run.
+    would be too short.
+
+    - towards: direction of a breakaway
+    - span [s]: duration of the run
     """
     body = driven.body
     direction = state[fb.DIRECTION]

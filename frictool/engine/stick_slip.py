@@ -1,4 +1,4 @@
-"""Event-driven simulation of a body with dry friction under successive drives.
+"""Event-driven simulation of a body with dry friction under a sequence of efforts.
 
 The simulation is exact to rounding, except at low speed, in the Stribeck layer (`tolerance`).
 
@@ -324,12 +324,14 @@ def run(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate a body with friction from `start` [s] under successive drives.
+    """Simulate a body with friction from `start` [s] under a sequence of efforts.
 
-    `state` (5,) is changed in place. ends (s,), drives (s, 10) of engine/drive.py: drive i acts up
-    to ends[i] [s]. law: parameters of `force(v, direction, law)`. times (n,): ascending, within the
-    run. samples (n, 5) and events (m, 4) are filled. engine/body.py lists the entries of `state`,
-    of `body` (16,), and of the rows of `samples` and `events`.
+    - ends (s,), drives (s, 10): the effort drives[i] (engine/drive.py) acts up to ends[i] [s]
+    - law: parameters of `force(v, direction, law)`
+    - times (n,): ascending, within the run
+
+    `state` (5,) is changed in place; samples (n, 5) and events (m, 4) are filled. engine/body.py
+    lists the entries of `state`, of `body` (16,), and of the rows of `samples` and `events`.
 
     Returns a status of engine/status_codes.py, the time reached and the number of events. If the
     status is not OK, samples after the time reached are unchanged.

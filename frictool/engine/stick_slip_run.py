@@ -1,4 +1,4 @@
-"""Run of the event-driven engine: samples and events of a body under a sequence of drives."""
+"""Run of the event-driven engine: samples and events of a body under a sequence of efforts."""
 
 from __future__ import annotations
 
@@ -27,9 +27,11 @@ ROOM_FOR_EVENTS = 10_000
 class Trajectory:
     """Samples and events of a run in SI units.
 
-    samples (n, 5) at `time` (n,); events (m, 4): time, kind, position, velocity (engine/body.py).
-    status: code of engine/status_codes.py; if the status is not OK, the run ended at `reached` [s],
-    and later samples are NaN. state: final state.
+    - samples (n, 5): samples at `time` (n,)
+    - events (m, 4): time, kind, position, velocity (engine/body.py)
+    - status: code of engine/status_codes.py; if the status is not OK, the run ended at `reached`
+      [s], and later samples are NaN
+    - state: final state
     """
 
     status: int
@@ -73,7 +75,7 @@ class Trajectory:
 def segment_arrays(
     segments: Segments, times: ArrayLike, start: float
 ) -> tuple[Vector, Vector, Vector]:
-    """Return the arrays for the kernels: ends (s,), drives (s, 10), times (n,).
+    """Return arrays for the kernels: ends (s,) and efforts (s, 10) of the segments, times (n,).
 
     Raises ValueError if the ends of the segments do not rise, or if `times` do not ascend or exceed
     the run.
@@ -112,7 +114,7 @@ def simulate(
     start: float = 0.0,
     most_events: int = ROOM_FOR_EVENTS,
 ) -> Trajectory:
-    """Simulate a body from `start` [s] under successive drives, sampled at `times` (n,).
+    """Simulate a body from `start` [s] under a sequence of efforts, sampled at `times` (n,).
 
     Parameters
     ----------

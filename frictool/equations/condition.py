@@ -11,8 +11,8 @@ from frictool.equations.expression import Term
 class Condition:
     """Condition as text and as LaTeX; all `terms` must have the unit `unit`.
 
-    key: key of the condition's element in the document. source: number of the equation in the
-    thesis.
+    - key: key of the condition's element in the document
+    - source: number of the equation in the thesis
     """
 
     text: str

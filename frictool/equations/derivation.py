@@ -31,9 +31,10 @@ ROUNDING = 1e-12  # relative tolerance of products of ratios, tooth numbers and 
 class Derivation:
     """Derived equations of a mechanism.
 
-    sections: (title, lines) of each section. checked: number of terms whose dimension was checked.
-    directions: for each link with losses, a sentence that states whether its second end can drive.
-    notes: a line for each omission or assumption.
+    - sections: (title, lines) of each section
+    - checked: number of terms whose dimension was checked
+    - directions: for each link with losses, a sentence that states whether its second end can drive
+    - notes: a line for each omission or assumption
     """
 
     name: str

@@ -22,9 +22,11 @@ SIGNS = {"low": r"\geq", "high": r"\leq"}  # relation of the effort of each end 
 class ElementEquations:
     """Equations of one element.
 
-    efforts: (block, effort in the block's positive direction). curves: texts with the points of the
-    curves. modes: conditions, such as contact or a limit of the drive. dry: (block, effort, largest
-    magnitude at rest) for each friction that can stick; the effort is also in `efforts`.
+    - efforts: (block, effort in the block's positive direction)
+    - curves: texts with the points of the curves
+    - modes: conditions, such as contact or a limit of the drive
+    - dry: (block, effort, largest magnitude at rest) for each friction that can stick; the effort
+      is also in `efforts`
     """
 
     efforts: tuple[tuple[str, Term], ...] = ()
@@ -95,8 +97,10 @@ def spring(name: str, element: Spring, notation: Notation, start: float) -> Elem
 def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
     """Return the equations of a cam: effort F(x) tan(alpha(x)) and friction mu F(x).
 
-    x: position. F: force of the spring. alpha: slope angle of the profile. mu: friction
-    coefficient.
+    - x: position
+    - F: force of the spring
+    - alpha: slope angle of the profile
+    - mu: friction coefficient
     """
     key = f"links.{name}"
     block = element.on
@@ -159,7 +163,9 @@ def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquat
 def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
     """Return the equations of an end stop: a contact force N or, if compliant, -k s - d s'.
 
-    s: distance beyond the end. k: stiffness. d: damping.
+    - s: distance beyond the end
+    - k: stiffness
+    - d: damping
     """
     key = f"links.{name}"
     block = element.on

@@ -15,8 +15,9 @@ from dataclasses import dataclass, field, replace
 class Atom:
     """Symbol of an equation, as text and LaTeX.
 
-    unit: SI unit. value: value of a parameter in SI. made: terms of the sum that the symbol
-    abbreviates; None if the symbol is not an abbreviation.
+    - unit: SI unit
+    - value: value of a parameter in SI
+    - made: terms of the sum that the symbol abbreviates; None if the symbol is not an abbreviation
     """
 
     text: str
@@ -108,8 +109,10 @@ class Term:
 class Equation:
     """Equation (sum of `coefficients`) times `of` = sum of `right`.
 
-    unit: unit of every term. key: key of the equation's element in the document. when: condition
-    under which the equation is valid. source: number of the equation in the thesis.
+    - unit: unit of every term
+    - key: key of the equation's element in the document
+    - when: condition under which the equation is valid
+    - source: number of the equation in the thesis
     """
 
     coefficients: tuple[Term, ...]

@@ -110,8 +110,11 @@ def rest_condition(
 
     Dry friction must be able to balance the tree's other efforts. At rest, the factor p by which a
     lossy link transfers effort may have any value between the values for the two directions of
-    power. efforts: all efforts on each block. dry: dry friction on each block, which is part of
-    `efforts`. bears: largest dry friction at rest on each block.
+    power.
+
+    - efforts: all efforts on each block
+    - dry: dry friction on each block, which is part of `efforts`
+    - bears: largest dry friction at rest on each block
     """
     threads = {
         link.a: _modulus(link.passed.additional)

@@ -28,11 +28,16 @@ SOFT_SOURCES = {"gear": "(2.5)", "belt": "(2.6)"}
 class LinkEquations:
     """Equations of one link.
 
-    The link connects the blocks a (first end) and b (second end). force: effort lambda on the block
-    b. passed: transfer of lambda to the block a. rigid: True if the link is a constraint; a link
-    with backlash is a constraint only while a flank touches. play: half of the backlash at b [rad |
-    m]. relations: equations of positions and speeds. effort: equations of lambda. modes: conditions
-    of free motion and contact in the backlash.
+    The link connects the blocks a (first end) and b (second end).
+
+    - force: effort lambda on the block b
+    - passed: transfer of lambda to the block a
+    - rigid: True if the link is a constraint; a link with backlash is a constraint only while a
+      flank touches
+    - play: half of the backlash at b [rad | m]
+    - relations: equations of positions and speeds
+    - effort: equations of lambda
+    - modes: conditions of free motion and contact in the backlash
     """
 
     name: str
@@ -144,7 +149,10 @@ def _yielding(
 ) -> tuple[Equation, ...]:
     """Return the effort lambda = -k s - d s' at the second end of a compliant link; s: strain.
 
-    k: stiffness. d: damping. For a belt, k and d are along the belt, at the pulley radius r_b.
+    - k: stiffness
+    - d: damping
+
+    For a belt, k and d are along the belt, at the pulley radius r_b.
     """
     backlash: Backlash | None = getattr(link, "backlash", None)
     compliance = link.compliance or (backlash.compliance if backlash is not None else None)

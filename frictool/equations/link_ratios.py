@@ -23,9 +23,13 @@ LOSS_SOURCES = {"gear": "(2.3)", "rack": "(2.20)", "screw": "(2.12)"}
 class EffortTransfer:
     """Transfer of the effort lambda at the second end b to the first end a.
 
-    The effort -p lambda acts on the block a. factor: p. additional: effort W that also acts on the
-    block a, for the screw of thesis (2.12). equations: equations of p and W. reason: sentence that
-    states whether the second end can drive the first (thesis 2.1.6); "" without losses.
+    The effort -p lambda acts on the block a.
+
+    - factor: p
+    - additional: effort W that also acts on the block a, for the screw of thesis (2.12)
+    - equations: equations of p and W
+    - reason: sentence that states whether the second end can drive the first (thesis 2.1.6); ""
+      without losses
     """
 
     factor: Term
@@ -190,7 +194,9 @@ def _by_direction(
         ),
     )
     can = (
-        "reversible" if back.number * ratio.number > 0.0 else f"irreversible, {b} cannot drive {a}"
+        "back-drivable"
+        if back.number * ratio.number > 0.0
+        else f"self-locking, {b} cannot drive {a}"
     )
     return EffortTransfer(Term(((atom, 1),)), None, equations, f"{name} is {can}: {reason}")
 
@@ -200,9 +206,14 @@ def _as_printed(
 ) -> EffortTransfer:
     """Return the transfer for a screw with the friction of thesis (2.12).
 
-    The friction is W = mu |R lambda - u tan(alpha)| sign(omega). mu: friction coefficient. R:
-    radius. lambda: effort at the nut. u: effort of the sources on the screw. alpha: lead angle.
-    omega: speed of the screw.
+    The friction is W = mu |R lambda - u tan(alpha)| sign(omega).
+
+    - mu: friction coefficient
+    - R: radius
+    - lambda: effort at the nut
+    - u: effort of the sources on the screw
+    - alpha: lead angle
+    - omega: speed of the screw
     """
     key = f"links.{name}"
     screw = link.between[0]
@@ -231,7 +242,7 @@ def _as_printed(
         when,
         "(2.12)",
     )
-    can = "reversible" if mu < steep else f"irreversible, {link.between[1]} cannot drive {screw}"
+    can = "back-drivable" if mu < steep else f"self-locking, {link.between[1]} cannot drive {screw}"
     return EffortTransfer(
         ratio,
         extra,

@@ -18,8 +18,8 @@ from frictool.runtime.object_view import ResultView
 class Equations(ResultView):
     """Equations of a mechanism as text, LaTeX and data.
 
-    derivation: sections of equations, parameters with their values, and notes. explain: True if
-    text and LaTeX contain the numbers of the equations in the thesis.
+    - derivation: sections of equations, parameters with their values, and notes
+    - explain: True if text and LaTeX contain the numbers of the equations in the thesis
     """
 
     derivation: Derivation

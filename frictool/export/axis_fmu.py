@@ -102,7 +102,7 @@ class AxisSetting:
 def axis_fmu(
     model: Model, origin: ExportOrigin, without: Collection[str]
 ) -> tuple[dict[str, bytes], list[str]]:
-    """Return the files (name -> content) of a model's Functional Mock-up Unit, and notes.
+    """Return the files (contents by name) of a model's Functional Mock-up Unit, and notes.
 
     Raises NoSolutionError if the model has a feature that an FMU cannot represent and that is not
     in `without`.

@@ -64,7 +64,7 @@ def c_sources(
     loop: RoundedLoop,
     origin: ExportOrigin,
 ) -> dict[str, str]:
-    """Return the C files (name -> text) of a controller.
+    """Return the C files (texts by name) of a controller.
 
     `program`: program of the controller.
     `vectors`: golden vectors in the number format.

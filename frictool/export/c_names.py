@@ -54,8 +54,8 @@ class NamedArray:
 class CNames:
     """C names of the values that a program uses.
 
-    `text`: number of a node -> name of a constant, an input or a state.
-    `results`: number of a node -> name of the result of an operation.
+    `text`: names of constants, inputs and states, by the number of the node.
+    `results`: names of the results of operations, by the number of the node.
     """
 
     def __init__(self, program: Program) -> None:

@@ -64,7 +64,7 @@ BLOCKS = (
 def json_files(
     controller: Controller, number: Number, loop: RoundedLoop, origin: ExportOrigin
 ) -> dict[str, str]:
-    """Return the JSON file (name -> text); docs/formats.md defines every key."""
+    """Return the JSON file (text by name); docs/formats.md defines every key."""
     content = {
         "format": FORMAT,
         "name": controller.name,
@@ -203,7 +203,7 @@ def _nested(table: NamedArray, value: Callable[[ProgramNode], float], nothing: f
 def matlab_files(
     controller: Controller, number: Number, loop: RoundedLoop, origin: ExportOrigin
 ) -> dict[str, bytes]:
-    """Return the MATLAB file, version 5 (name -> bytes); docs/formats.md lists the variables."""
+    """Return the MATLAB file (bytes by name), version 5; docs/formats.md lists the variables."""
     linear = rounded_linear(controller.linear, number)
     space = linear.discrete
     n = linear.order

@@ -41,7 +41,7 @@ COEFFICIENTS_ONLY = (
 class ExportResult(ResultView):
     """Files of an export with the verified properties.
 
-    - `files`: name -> content
+    - `files`: contents of the files, by name
     - `vectors`: golden vectors; None if the language has none
     - `more`: additional lines for the text output
     - `warning`: warning about the wraps of the encoder; empty if there is none

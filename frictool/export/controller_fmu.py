@@ -29,7 +29,7 @@ def controller_fmu(
     sources: Mapping[str, str],
     origin: ExportOrigin,
 ) -> dict[str, bytes]:
-    """Return the Functional Mock-up Unit of a controller (file name -> content).
+    """Return the Functional Mock-up Unit of a controller (contents by file name).
 
     - program: program of the controller
     - number: number format of the code

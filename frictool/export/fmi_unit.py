@@ -159,7 +159,7 @@ class FmiUnit:
     enumerations: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
 
     def files(self) -> dict[str, bytes]:
-        """Return the files of the unit (file name -> content)."""
+        """Return the files of the unit (contents by file name)."""
         name = c_identifier(self.name)
         sources = {**self.sources, f"fmi3_{name}.c": self.functions}
         files = {

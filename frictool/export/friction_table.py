@@ -40,7 +40,7 @@ WHOLE = 1e-9  # largest relative deviation of a number that is treated as whole
 def table_files(
     model: Model, origin: ExportOrigin, without: Collection[str]
 ) -> tuple[Mapping[str, str | bytes], list[str]]:
-    """Return the tables of a model (file name -> content), and notes.
+    """Return the tables of a model (contents by file name), and notes.
 
     Raises NoSolutionError if the model has a feature that a table cannot represent, or no top
     speed.

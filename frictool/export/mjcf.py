@@ -100,7 +100,7 @@ def exported_model(model: Model, without: Collection[str]) -> tuple[Model, list[
 def mjcf_files(
     model: Model, origin: ExportOrigin, without: Collection[str]
 ) -> tuple[Mapping[str, str | bytes], list[str]]:
-    """Return the MJCF file and the file with the attributes' ranges (name -> content), and notes.
+    """Return the MJCF file and the file with the attributes' ranges (contents by name), and notes.
 
     Raises NoSolutionError if the model has a feature that MJCF cannot represent and that is not in
     `without`.

@@ -36,7 +36,7 @@ class ModelExportSettings:
 
 @dataclass(frozen=True)
 class ModelExport:
-    """Files of an exported model (name -> content), and notes on these files."""
+    """Files of an exported model (contents by name), and notes on these files."""
 
     language: str
     origin: ExportOrigin

@@ -112,8 +112,8 @@ class Explanation:
 class SlidingFit:
     """Sliding parameters that one method estimated.
 
-    - parameters: name -> interval
-    - refused: name -> reason why the parameter was not accepted, with numbers
+    - parameters: interval of each identified parameter
+    - refused: reason why a parameter was not accepted, with numbers, for each such parameter
     - residual: rms residual of the method's equations divided by the rms of their right-hand side,
       in the strokes of the fit; not comparable between methods
     - held_out_residual: the same ratio in strokes left out of the fit; None if this ratio was not

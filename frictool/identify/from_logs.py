@@ -43,7 +43,8 @@ class IdentifiedModel(ResultView):
     """Model of an axis, with the identification result and the records that were used.
 
     - result: identified and refused parameters, with reasons
-    - records, ramps: records of the arguments `logs` and `ramps` of `identify`
+    - records: records of the logs that `identify` received as `logs`
+    - ramps: records of the logs that `identify` received as `ramps`
     """
 
     model: Model

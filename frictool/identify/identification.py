@@ -66,9 +66,10 @@ class Identification(Outcome):
     """Outcome of the identification of one axis, with data for the model and its views.
 
     - confidence: confidence of every interval, 0 to 1
-    - kinds: log name -> `sliding` or `ramp`
+    - kinds: kind of each log (`sliding` or `ramp`), by the name of the log
     - warnings: warnings about the logs or the result
-    - doubts: identified parameter -> warning that its interval may not contain the true value
+    - doubts: warnings that the interval of an identified parameter may not contain the true value,
+      by parameter
     - notes: effects that the model lacks and the intervals include
     - over_rate: breakaway as a function of the ramp's rate; None without a table of breakaways
     """

@@ -295,8 +295,8 @@ def _on_grid(record: MotionRecord) -> MotionRecord:
     if not parts:
         raise LogError(
             record.name,
-            f"has gaps of more than {LONGEST_BRIDGE:g} periods of {record.period:g} s everywhere; "
-            "needed: 3 successive samples without such a gap",
+            f"nowhere has 3 successive samples without a gap of more than {LONGEST_BRIDGE:g} "
+            f"periods (period: {record.period:g} s)",
         )
     joined = [np.concatenate(signals) for signals in zip(*parts, strict=True)]
     return replace(

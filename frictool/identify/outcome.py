@@ -28,13 +28,13 @@ class Outcome:
 
     A parameter is identified or refused, not both.
 
-    - identified: parameter -> interval in SI units
-    - refused: parameter -> reason
+    - identified: interval of each identified parameter, SI units
+    - refused: reason for each parameter that was not identified
     - fit: fit of the sliding logs, or None
     - ramp: breakaway of the ramps, or None
     - laws: laws of friction and load in addition to the parameters, or None
-    - narrowed: refused parameter -> interval in the model: intersection of the range in bench.yaml
-      and the logs' interval, or the range in bench.yaml with the value of the logs
+    - narrowed: interval in the model, for some refused parameters: intersection of the range in
+      bench.yaml and the logs' interval, or the range in bench.yaml with the value of the logs
     """
 
     identified: Mapping[str, Interval] = field(default_factory=dict)

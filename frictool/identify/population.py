@@ -8,8 +8,12 @@ intervals do not explain (DerSimonian and Laird 1986).
 
 A unit is a machine that was tested. If the units are known, Q is the sum of a term within units and
 a term between units. In the test between units, the unexplained scatter within units is added to
-s^2. The drift is the slope over the date. The slope is common to all units, and each unit has its
-mean value. The Birge ratio widens the interval of the drift.
+s^2.
+
+If all dates are known, the drift of the parameter is the slope of a line that is fitted to the
+estimates over the date of the log. The fit has one slope for all units, and an intercept for each
+unit. If the Birge ratio of this fit, sqrt(chi^2/(degrees of freedom)), exceeds 1, the interval of
+the drift is multiplied by it.
 """
 
 from __future__ import annotations
@@ -73,7 +77,7 @@ class Population:
     - within: test whether the models of each unit have one true value; None if there are too few
       models
     - between: test whether all units have one true value; None if there are too few units
-    - alone: unit -> test whether the models of this unit have one true value
+    - alone: for each unit, test whether the models of this unit have one true value
     - drift: drift of the parameter with the date; None if the dates do not determine a drift
     - level: probability that at least one test rejects although all true values are equal
     """

@@ -39,8 +39,8 @@ Values = tuple[float, ...]
 class ParameterBasis:
     """Monomials of the scheduled parameters r, up to a degree, as basis functions of X(r) or Y(r).
 
-    degree: 0 for constant, 1 for affine, 2 for quadratic functions. on: indices of the parameters
-    that occur in the monomials.
+    - degree: 0 for constant, 1 for affine, 2 for quadratic functions
+    - on: indices of the parameters that occur in the monomials
     """
 
     degree: int
@@ -64,7 +64,8 @@ class ParameterBasis:
     def along(self, values: Sequence[float], motion: Sequence[float]) -> Vector:
         """Return the time derivatives (terms,) of the monomials.
 
-        values: parameters. motion: rates of the parameters [1/unit of time].
+        - values: parameters
+        - motion: rates of the parameters [1/unit of time]
         """
         weights = []
         for term in self.terms:
@@ -90,9 +91,12 @@ class GridPlants:
 class GridInequalities:
     """Inequalities of thesis (5.62) at all points of a grid of scheduled parameters.
 
-    cells: plants of each grid point. bases: monomials of X and of Y. motions: corners of the rates
-    of the parameters. Decision vectors begin with the upper triangles of the coefficients of
-    X/gamma, followed by the upper triangles of the coefficients of Y/gamma.
+    - cells: plants of each grid point
+    - bases: monomials of X and of Y
+    - motions: corners of the rates of the parameters
+
+    Decision vectors begin with the upper triangles of the coefficients of X/gamma, followed by the
+    upper triangles of the coefficients of Y/gamma.
     """
 
     def __init__(

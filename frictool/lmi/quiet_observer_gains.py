@@ -188,8 +188,8 @@ class _QuietProblem:
     def inequality(self, i: int, j: int, level: float | None, of_noise: bool) -> AffineConstraint:
         """Return the constraint of the switch from mode i to mode j (module docstring).
 
-        level: gamma^2; if None, the last unknown is used instead. of_noise: True for the noise
-        inequality.
+        - level: gamma^2; if None, the last unknown is used instead
+        - of_noise: True for the noise inequality
         """
         mode = self.posed[i]
         same = i == j

@@ -41,8 +41,8 @@ class AffineConstraint:
 class SdpSolution:
     """Result `x` of a solver for a semidefinite program.
 
-    holds: True if x satisfies the constraints in a check that does not use the solver. status:
-    status that the solver reports, as text.
+    - holds: True if x satisfies the constraints in a check that does not use the solver
+    - status: status that the solver reports, as text
     """
 
     x: Vector

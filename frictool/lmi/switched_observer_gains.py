@@ -153,8 +153,10 @@ def proved_gamma(
 ) -> float:
     """Return the smallest bound gamma that thesis (6.9) proves; inf if there is none.
 
-    gamma bounds |weighted error|/|model error|. decay: largest factor on the error per sample. p:
-    P_i of each mode, for states x_p with x = t x_p.
+    gamma bounds |weighted error|/|model error|.
+
+    - decay: largest factor on the error per sample
+    - p: P_i of each mode, for states x_p with x = t x_p
     """
     if any(
         not np.all(np.isfinite(each)) or np.linalg.eigvalsh(each)[0] <= 0.0 for each in p.values()

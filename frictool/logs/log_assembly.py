@@ -97,7 +97,7 @@ class LogAssembly:
     lost: losses that were noticed when the files were opened.
     earlier_losses: losses that the metadata of an already canonical input file reports.
     origin: clock time in ns at time 0 of the log; None until `start_streams` has set it.
-    ahead: topic -> time in ns by which the stream's clock leads the log's clock.
+    ahead: for each topic, time in ns by which the stream's clock leads the log's clock.
     findings: for each raw table, a function that returns its warnings.
     salvage: True if unreadable data is left out; False if it raises LogError.
     """

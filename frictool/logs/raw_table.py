@@ -68,7 +68,7 @@ class RowBlock:
     """Consecutive rows of a table.
 
     first_row: index of the block's first row in the table, from 0.
-    columns: requested column -> numbers (n,) as in the file; NaN for an empty cell.
+    columns: numbers (n,) of each requested column, as in the file; NaN for an empty cell.
     time_ns: exact times (n,) in ns, if the file gives the time of each row (messages of a
         recording, ISO 8601); None if the time is a column of numbers or missing.
     recorded_ns: times (n,) in ns at which the recorder stored the rows, if `time_ns` comes from
@@ -87,7 +87,7 @@ class RawTable(Protocol):
     source: file name for messages.
     topic: name of the table in the file; "" if the file has only one table.
     names: columns in the order of the file; a column can be requested by name or by number.
-    units: column -> unit stated in the file; None if the file states none.
+    units: unit of each column as stated in the file; None if the file states no unit.
     clock: name of the clock that gives the times of the rows, such as `log time`; None if the time
         is a column.
     size: number of bytes that `blocks` processes in total.
@@ -187,7 +187,7 @@ def find(names: Sequence[str], wanted: str | int) -> str | None:
 def common_rows(source: str, rows: Mapping[str, int]) -> int:
     """Return the number of rows of the columns; 0 if there are no columns.
 
-    rows: column -> number of rows.
+    rows: number of rows of each column.
 
     Raises LogError if the columns have different numbers of rows.
     """

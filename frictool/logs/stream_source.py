@@ -36,7 +36,7 @@ class StreamSource(Protocol):
 
     source: file name for messages.
     head: topic, fields and units.
-    columns: field -> name of the raw column, for each field that was made from a single column.
+    columns: name of the raw column of each field that was made from a single column.
     clock: name of the clock that gave the sample times; None if the times are already the log's
         time.
     size: total number of bytes to process.

@@ -37,9 +37,11 @@ def load_static_error(
 ) -> tuple[float, float]:
     """Return the lower and upper bound of the static error [rad or m].
 
-    `load`: result of `load_bounds`. `resolution`: sensor step [rad or m], 0 if unknown. If a bound
-    still moves at the end of the hold, the error is the largest error in that part of the hold
-    (static_error.py).
+    - load: result of `load_bounds`
+    - resolution: sensor step [rad or m], 0 if unknown
+
+    If a bound still moves at the end of the hold, the error is the largest error in that part of
+    the hold (static_error.py).
     """
     ends = [one[-tail_samples(one.size) :] for one in load]
     if any(moves(end, resolution) for end in ends):
@@ -56,8 +58,8 @@ def load_overshoot(
 ) -> tuple[float, float]:
     """Return (lower, upper) bound of the load's overshoot [% of the step].
 
-    `load`: lower and upper bound (n,) of the load's position. `origin` and `target`: reference
-    before and after the step.
+    - load: lower and upper bound (n,) of the load's position
+    - origin and target: reference before and after the step
     """
     low, high = sorted(overshoot_percent(one, origin, target) for one in load)
     return low, high

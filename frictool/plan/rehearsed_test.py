@@ -176,7 +176,7 @@ class RehearsedTests:
     """Rehearsals of the tests of one bench.
 
     - request: requested precision
-    - wanted: parameter -> requested half width in SI units
+    - wanted: requested half width of each parameter in SI units
     - progress: function that is called with a label before each round of rehearsals
     """
 

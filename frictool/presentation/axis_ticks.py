@@ -15,8 +15,8 @@ PLAIN = range(-4, 6)
 class AxisTicks:
     """Ticks at the values `at` with the labels `labels`, and short ticks at `minor` without labels.
 
-    `factor`: common factor of the labels, such as 1e6; empty if there is none. `has_grid`: True if
-    grid lines are drawn at the ticks.
+    - factor: common factor of the labels, such as 1e6; empty if there is none
+    - has_grid: True if grid lines are drawn at the ticks
     """
 
     at: tuple[float, ...]

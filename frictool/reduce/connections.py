@@ -125,7 +125,7 @@ class BlockMotion:
 def seen_from(
     root: int, links: Sequence[Connection], names: Sequence[str]
 ) -> dict[int, BlockMotion]:
-    """Return block number -> motion, for every block that moves with the block `root`.
+    """Return the motion of every block that moves with the block `root`, by block number.
 
     In these motions each backlash is in its middle, and compliant links are unstrained. Paths of
     rigid links are preferred.

@@ -48,7 +48,7 @@ class MechanismView:
     """Mechanism with the motion of its blocks relative to a root block.
 
     root: number of the root block.
-    seen: number of a block -> motion of this block relative to the root.
+    seen: motion of each block relative to the root, by the block's number.
     axis: kind of the root, rotary or linear.
     """
 

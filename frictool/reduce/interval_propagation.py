@@ -49,7 +49,7 @@ def _quantities(node: Any, path: Path) -> Iterator[tuple[Path, Quantity]]:
 
 
 def at(node: Any, path: Path, value: float) -> Any:
-    """Return the document with `value`, without an interval, at the keys `path`."""
+    """Return a copy of the document in which the quantity at the keys `path` is exactly `value`."""
     if isinstance(node, Quantity):
         return Quantity(value, unit=node.unit)
     head = path[0]

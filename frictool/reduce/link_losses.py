@@ -9,7 +9,7 @@ m on the load side has losses, too. The reflected mass is therefore s m, with s 
 to 1 + drive_loss for any load. The model's inertia is the value for s = 1, with an interval for all
 values of s.
 
-A link with 1 - back_loss < 0 is irreversible, for example a thread whose friction coefficient
+A link with 1 - back_loss < 0 is self-locking, for example a thread whose friction coefficient
 exceeds the tangent of its angle. No load moves such a link, and the source must push to lower a
 load. A load that accelerates downwards presses less on the link, so that s < 0. The reflected
 inertia of the whole mechanism is then less than the inertia of the motor alone.
@@ -46,7 +46,7 @@ def as_friction(
 
     - whole: document with the original threads and efficiencies
 
-    Raises NoSolutionError if the source would have to drive an irreversible link backwards.
+    Raises NoSolutionError if the source would have to drive a self-locking link backwards.
     """
     x = positions(mechanism)
     figures = []
@@ -117,7 +117,7 @@ def _reflected_inertia(
 ) -> ReflectedInertia:
     """Return bounds of the inertia reflected from all blocks, and from blocks rigid with the root.
 
-    slopes: block -> smallest and largest quotient of the block's reflected inertia and its inertia.
+    slopes: for each block, smallest and largest ratio of its reflected inertia to its inertia.
     """
     assembled = assemble_cached(mechanism)
     into = bodies(mechanism, root)
@@ -192,8 +192,8 @@ def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
             f"{'>' if original.friction_coefficient > steep else '<='} tan(alpha) {steep:.4g}"
         )
     if link.back_loss > 1.0:
-        return f"{name} is irreversible: {why}; the model keeps its friction, which holds any load"
+        return f"{name} is self-locking: {why}; the model keeps its friction, which holds any load"
     return (
-        f"{name} is reversible: {why}; loads drive the link back, "
+        f"{name} is back-drivable: {why}; loads drive the link back, "
         "and the model keeps the link's friction, since without friction the axis would oscillate"
     )

@@ -71,7 +71,7 @@ def model_of(
 ) -> Model:
     """Return the model document of a reduction.
 
-    ends: name of a number in OneInertia.scalars -> interval of this number.
+    ends: interval of each number in OneInertia.scalars, by name.
     bench: the user's bench document; None to derive it from the mechanism.
 
     Raises NoSolutionError if the bench contradicts the mechanism, or if the source has no limit.

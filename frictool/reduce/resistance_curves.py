@@ -49,13 +49,13 @@ class LinkLoss:
 
         The first quotient is for an effort at the far side that drives the motion, the second for
         an effort that opposes the motion. Raises NoSolutionError if the near side would have to
-        drive an irreversible link backwards.
+        drive a self-locking link backwards.
         """
         if self.from_near:
             return 1.0 - self.back, 1.0 + self.drive
         if self.back >= 1.0:
             raise NoSolutionError(
-                "the source acts on the load end of an irreversible link, but only the other end "
+                "the source acts on the load end of a self-locking link, but only the other end "
                 "can drive; swap the two blocks of the link"
             )
         return 1.0 / (1.0 + self.drive), 1.0 / (1.0 - self.back)

@@ -1,7 +1,7 @@
 """Replacement of springs, cams and friction of each block by one curve C_r(theta, sign).
 
 C_+ and C_- are the efforts that move a block forward and backward, thesis (2.28)-(2.29). The step
-also checks at all positions if the block is irreversible, which means C_+ >= 0 >= C_- (thesis
+also checks at all positions if the block is self-locking, which means C_+ >= 0 >= C_- (thesis
 (2.27)): friction holds the load. In this case, the load becomes part of the friction, with a
 separate level for each direction. The behaviour at rest does not change, because the axis sticks
 between the same two efforts.
@@ -135,10 +135,10 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
     ]
     did = f"{', '.join(replaced)} as C_r(theta, sign)" if replaced else _unchanged(exact, largest)
     note = (
-        "irreversible over the whole travel: without a command the axis stays at rest, and the "
+        "self-locking over the whole travel: without a command the axis stays at rest, and the "
         "friction of the model includes the load"
         if margin.margin >= 0.0
-        else f"not irreversible over {1.0 - margin.share:.1%} of the travel: "
+        else f"not self-locking over {1.0 - margin.share:.1%} of the travel: "
         "there the load moves the axis without a command"
     )
     return mechanism, StepReport(

@@ -57,7 +57,7 @@ def lump_rigid_links(mechanism: Mechanism, root: str) -> tuple[Mechanism, StepRe
 
 
 def bodies(mechanism: Mechanism, root: str) -> dict[str, str]:
-    """Return name of a block -> name of the block into which it is merged, for all blocks."""
+    """Return, for each block, the name of the block into which it is merged."""
     assembled = assemble_cached(mechanism)
     names = assembled.blocks
     links = connections(assembled)

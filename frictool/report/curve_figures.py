@@ -28,7 +28,7 @@ DETAIL_COLUMNS = 1000  # columns of a decimated curve; fine enough for a reader 
 
 
 def log_colours(evidence: list[StreamEvidence]) -> dict[str, str]:
-    """Return log name -> colour of its curves."""
+    """Return the colour of each log's curves, by the name of the log."""
     names = list(dict.fromkeys(item.source for item in evidence))
     return {name: LOG_COLOURS[k % len(LOG_COLOURS)] for k, name in enumerate(names)}
 

@@ -112,6 +112,6 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
         still,
         value=value,
         met=value <= still.limit,
-        reason=f"no motion after {after:g} s; peak of the {signal}",
+        reason=f"no motion after {after:g} s of hold; value: peak of the {signal}",
         where=location_of(item, hold),
     )

@@ -43,7 +43,7 @@ class StreamEvidence:
     - resolution: step of the position sensor, rad | m; 0 if unknown
     - holds: phases of constant reference
     - command, measured: command and measured drive, (n,), A | V; None if the signal is missing
-    - gaps: signal -> reason why it is missing
+    - gaps: reason why a signal is missing, for each missing signal
     - nominal: True for the nominal plant (`/axis`, or the only stream of its log), False for a
       plant variant
     - simulated: True for a stream of a simulated log

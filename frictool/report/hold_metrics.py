@@ -19,9 +19,9 @@ class HoldMetrics:
 
     - number: number of the hold in its stream, from 1
     - start_s: start of the hold [s]
-    - values: metric -> value in SI (overshoot in %)
-    - bounds: metric -> (low, high), for a metric that is known only within bounds
-    - missing: metric -> reason why the value is unknown
+    - values: value of each metric in SI (overshoot in %)
+    - bounds: (low, high) of each metric that is known only within bounds
+    - missing: for each metric without a value, reason why the value is unknown
     """
 
     hold: Hold
@@ -69,7 +69,7 @@ def measure_holds(
 
 
 def stream_metrics(spec: Spec, evidence: StreamEvidence) -> tuple[dict[str, float], dict[str, str]]:
-    """Return (metric -> value in SI, metric -> reason why the value is unknown) for STREAM_METRICS.
+    """Return (values in SI, reasons why a value is unknown), by metric, for STREAM_METRICS.
 
     A stream with a smooth reference has no other metrics, because it has no phase of constant
     reference.

@@ -61,7 +61,7 @@ class Requirement:
     - relation: `<=` if the limit is an upper limit, `>=` if it is a lower limit
     - reason: remark on the outcome, or why the requirement is undecided
     - where: location of the worst value
-    - details: name -> additional number
+    - details: additional numbers, by name
     - known: source of the outcome (measured, simulated, computed or proved); empty if undecided
     """
 

@@ -18,7 +18,7 @@ def lazy_exports(
     package : str
         Full name of the package.
     modules : dict
-        Name of a module, relative to the package -> names that this module exports.
+        Names that each module exports; a key is a module's name relative to the package.
 
     Returns
     -------

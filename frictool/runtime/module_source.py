@@ -25,7 +25,8 @@ class ModuleSource:
     digest: digest of the syntax tree.
     imports: imports of the module.
     names: names that the module defines or imports.
-    table: name that the package exports lazily -> module that defines it, relative to the package.
+    table: if the module is a package, maps each name that the package imports only at first use to
+        the module that defines this name, relative to the package.
     is_open: True if the module imports another module by a computed name.
     """
 

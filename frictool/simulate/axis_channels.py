@@ -111,10 +111,12 @@ class AxisChannels:
     ) -> Stream:
         """Return the log stream of the variant with number `index`.
 
-        record: simulated signals (n, 7) with the columns of engine/closed_loop.py. values: internal
-        signals of the controller. judged: True to leave out signals that no metric reads (effort,
-        true drive, true position of the motor, disturbance, drifts, temperature). The measurement
-        noise of the drive is drawn with the seed (scenario seed, index).
+        - record: simulated signals (n, 7) with the columns of engine/closed_loop.py
+        - values: internal signals of the controller
+        - judged: True to leave out signals that no metric reads (effort, true drive, true position
+          of the motor, disturbance, drifts, temperature)
+
+        The measurement noise of the drive is drawn with the seed (scenario seed, index).
         """
         drive = self.rig.drive
         noise = self.drive_noise(index)

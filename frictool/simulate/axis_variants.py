@@ -61,8 +61,9 @@ COULOMB = PARAMETERS.index("coulomb")
 class AxisVariant:
     """Plant with the parameters of one variant.
 
-    `name`: name of the variant, empty for the nominal plant. `values`: parameters [SI] that are set
-    for this variant. `dynamic`: dynamic friction law; None for static friction.
+    - name: name of the variant, empty for the nominal plant
+    - values: parameters [SI] that are set for this variant
+    - dynamic: dynamic friction law; None for static friction
     """
 
     name: str
@@ -202,8 +203,10 @@ def breakaway_at(
 ) -> Vector | None:
     """Return breakaways (n,) from the range that belongs to the Coulomb frictions `coulomb` (n,).
 
-    `parameters`: result of `parameters_of`. `parts` (n,): position in the range, 0 (low) to 1
-    (high). Return None if the breakaway has no range.
+    - parameters: result of `parameters_of`
+    - parts (n,): position in the range, 0 (low) to 1 (high)
+
+    Return None if the breakaway has no range.
     """
     one = parameters["breakaway"]
     if one.least is None or one.low == one.high:

@@ -135,8 +135,9 @@ class _KeptReference(NamedTuple):
 class SimulatedRun(NamedTuple, Generic[V]):
     """Simulated signals of one plant variant, from which a log stream is built.
 
-    `number`: number of the variant, from 0. `record`: signals (n, 7) with the columns of
-    engine/closed_loop.py. `plant`: linear plant for the stability margins; None for a mechanism.
+    - number: number of the variant, from 0
+    - record: signals (n, 7) with the columns of engine/closed_loop.py
+    - plant: linear plant for the stability margins; None for a mechanism
     """
 
     prepared: PreparedScenario[V]

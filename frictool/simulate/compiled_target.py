@@ -96,8 +96,9 @@ void target_tell(int which, double value)
 class CompiledTarget:
     """Compiled C code of a controller, which controls one axis at a time.
 
-    `number`: number format of the code. `sources`: the C files. `scheduled`: present values of the
-    parameters by which the gains are scheduled.
+    - number: number format of the code
+    - sources: the C files
+    - scheduled: present values of the parameters by which the gains are scheduled
     """
 
     def __init__(
@@ -145,11 +146,13 @@ def compiled_target(
 ) -> CompiledTarget:
     """Compile the C code in `folder` that was exported from a controller document.
 
-    `sha256`: digest of the controller document, which the header of the code must contain.
-    `controller`: path of the document in messages. `inputs`: names of the controller's inputs.
-    `scheduled`: names of the parameters by which the gains are scheduled. Raises InputFileError if
-    the folder has no sources of this controller, if no compiler is on the PATH, or if the
-    compilation fails.
+    - sha256: digest of the controller document, which the header of the code must contain
+    - controller: path of the document in messages
+    - inputs: names of the controller's inputs
+    - scheduled: names of the parameters by which the gains are scheduled
+
+    Raises InputFileError if the folder has no sources of this controller, if no compiler is on the
+    PATH, or if the compilation fails.
     """
     header, name, number = _header(folder, sha256, controller)
     source = header.with_suffix(".c")

@@ -25,10 +25,12 @@ from frictool.typing import Vector
 class RecordedRun(NamedTuple):
     """Inputs of a controller in a simulated run, with which its program can be run again.
 
-    `running`: program in the number format of the run. `reference` (n,) [rad | m]. `record` (n, 7):
-    columns of engine/closed_loop.py. `step`: encoder step [rad | m]. `known`: node index of a
-    scheduled parameter in the program -> value of the parameter. `commands`: index of a sample ->
-    commands of a supervisor just before this sample.
+    - running: program in the number format of the run
+    - reference: reference (n,) [rad | m]
+    - record: (n, 7), columns of engine/closed_loop.py
+    - step: encoder step [rad | m]
+    - known: value of each scheduled parameter, by the index of its node in the program
+    - commands: commands of a supervisor just before a sample, by the index of the sample
     """
 
     program: Program

@@ -61,8 +61,8 @@ def field_names(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, st
 class MechanismChannels:
     """Builder of the streams `/mechanism`, one for each variant of a mechanism in a scenario.
 
-    `time`: times of the samples (n,) [s]. `disturbances`: block index -> mean effort over each
-    sample (n,) [N m | N].
+    - time: times of the samples (n,) [s]
+    - disturbances: mean effort on a block over each sample (n,) [N m | N], by block index
     """
 
     def __init__(self, time: Vector, disturbances: dict[int, Vector]) -> None:

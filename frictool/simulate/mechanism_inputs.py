@@ -31,8 +31,9 @@ def inputs_of(
 ) -> MechanismInputs:
     """Return source signals and block efforts, for `samples` samples with the period `period` [s].
 
-    `signals`: signals of each source, by source index. `disturbances`: pairs (block index,
-    disturbance). `sources`: number of sources.
+    - signals: signals of each source, by source index
+    - disturbances: pairs (block index, disturbance)
+    - sources: number of sources
     """
     courses = [course for of in signals.values() for course in of] + [
         one for _, one in disturbances
@@ -74,8 +75,8 @@ def _end(course: Signal | Disturbance) -> float:
 def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vector:
     """Return the mean (m,) of a signal over each interval between the times `edges` (m + 1,) [s].
 
-    course: shape of the signal, which must not jump inside an interval. level: final value of a
-    ramp, amplitude of a sine, or value of a step.
+    - course: shape of the signal, which must not jump inside an interval
+    - level: final value of a ramp, amplitude of a sine, or value of a step
     """
     begin, end = edges[:-1], edges[1:]
     middle = 0.5 * (begin + end)

@@ -28,7 +28,7 @@ def ranges(document: Mechanism) -> dict[str, VariedParameter]:
 
 
 def with_quantities(document: Mechanism, values: Mapping[str, float]) -> Mechanism:
-    """Return a copy of the document with `values` (key -> number in the document's unit)."""
+    """Return a copy of the document with `values` (numbers in the document's units, by key)."""
     made: Mechanism = _changed(document, values, "")
     return made
 

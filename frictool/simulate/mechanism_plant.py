@@ -175,7 +175,9 @@ def sight_of(
     """Return the indices that connect a controller with a mechanism.
 
     These are the controlled source, the block of the sensor and the block of the load.
-    `resolution`: encoder step [rad | m]. `start` (n,): initial positions of the blocks.
+
+    - resolution: encoder step [rad | m]
+    - start (n,): initial positions of the blocks
     """
     sensor, load = controlled.sensor_block, controlled.load
     return ControlPorts(
@@ -226,8 +228,9 @@ def scenario_inputs(
 def check_pace(assembled: AssembledMechanism, seconds: float, period: float, owner: str) -> None:
     """Raise DocumentError if a link is so stiff that the simulation would take too long.
 
-    `seconds`: duration of the scenario [s]. `period`: sample period [s]. `owner`: name of the
-    document in messages.
+    - seconds: duration of the scenario [s]
+    - period: sample period [s]
+    - owner: name of the document in messages
     """
     pace = fastest_link(assembled, explicit=True)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:

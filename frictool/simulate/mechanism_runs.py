@@ -55,8 +55,10 @@ ROOM_FOR_EVENTS = 200_000  # most stored events of a run; further events are onl
 class MechanismOutcome(NamedTuple):
     """Result of the simulation of one variant of a mechanism.
 
-    `machine`: compiled mechanism. `state`: final state. `before`: energies at the start. `out`:
-    signals at each sample, and events.
+    - machine: compiled mechanism
+    - state: final state
+    - before: energies at the start
+    - out: signals at each sample, and events
     """
 
     variant: MechanismVariant
@@ -69,10 +71,13 @@ class MechanismOutcome(NamedTuple):
 class MechanismTask(NamedTuple):
     """Inputs of the simulation of one variant of a mechanism.
 
-    `samples`: number of samples. `sight`: blocks and source that a controller uses. `inputs`:
-    signals of sources and efforts on blocks. `conditions`: drifts and sensor faults
-    (engine/disturbances_and_faults.py). `reference` (samples,) is None without a controller. A
-    mechanism with a controller has either `controller` or the compiled code `target`; the other
+    - samples: number of samples
+    - sight: blocks and source that a controller uses
+    - inputs: signals of sources and efforts on blocks
+    - conditions: drifts and sensor faults (engine/disturbances_and_faults.py)
+    - reference (samples,): reference of the controller; None without a controller
+
+    A mechanism with a controller has either `controller` or the compiled code `target`; the other
     field is None.
     """
 

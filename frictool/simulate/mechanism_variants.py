@@ -35,8 +35,9 @@ from frictool.typing import Vector
 class MechanismVariant:
     """Variant of a mechanism, as a document and as arrays.
 
-    `name`: name of the variant, empty for the nominal mechanism. `values`: quantities [SI] that are
-    drawn or stated under `given`, by key. `units`: unit of each quantity in `values`, by key.
+    - name: name of the variant, empty for the nominal mechanism
+    - values: quantities [SI] that are drawn or stated under `given`, by key
+    - units: unit of each quantity in `values`, by key
     """
 
     name: str

@@ -38,9 +38,11 @@ def check_least(
 ) -> None:
     """Raise DocumentError if a parameter is below its lower limit, which is another parameter.
 
-    `ranges`: parameters of the plant by name. `drawn`: True if plants are drawn from ranges.
-    `spans`: ranges in the scenario's `spread`, used if `drawn` is True. `provided`: values under
-    `given` of the scenario; if `drawn` is True, only parameters without a range use these values.
+    - ranges: parameters of the plant by name
+    - drawn: True if plants are drawn from ranges
+    - spans: ranges in the scenario's `spread`, used if `drawn` is True
+    - provided: values under `given` of the scenario; if `drawn` is True, only parameters without a
+      range use these values
     """
     for name, parameter in ranges.items():
         if parameter.least is None:
@@ -83,8 +85,9 @@ def drawn_above(
 ) -> Vector:
     """Return the drawn values (n,) of a parameter with a lower limit, in the unit of `ends`.
 
-    `ends`, `ratio`: as in VariedParameter. `limits` (n,): lower limit in each draw. `parts` (n,):
-    position of each value in its range, 0 (low) to 1 (high).
+    - ends, ratio: as in VariedParameter
+    - limits (n,): lower limit in each draw
+    - parts (n,): position of each value in its range, 0 (low) to 1 (high)
     """
     if ratio is not None:
         return np.asarray(limits * (ratio[0] + parts * (ratio[1] - ratio[0])))

@@ -19,7 +19,9 @@ def check_steps(
 ) -> None:
     """Raise DocumentError for a step shorter than a sample, a too fast sine, or too many samples.
 
-    period: sample period [s]. runs, width: as in `check_length`. name: name of the scenario.
+    - period: sample period [s]
+    - runs, width: as in `check_length`
+    - name: name of the scenario
     """
     for index, step in enumerate(scenario.steps):
         key = f"steps[{index}]"
@@ -37,8 +39,10 @@ def check_steps(
 def check_length(samples: float, runs: int, key: str, name: str, width: float = 1.0) -> None:
     """Raise DocumentError if the samples of all simulated plants do not fit into memory.
 
-    samples: number of samples of a plant. runs: number of plants. key: key of the document `name`
-    that determines `samples`. width: memory per logged sample, relative to a single axis.
+    - samples: number of samples of a plant
+    - runs: number of plants
+    - key: key of the document `name` that determines `samples`
+    - width: memory per logged sample, relative to a single axis
     """
     if samples * runs * width > MAX_SAMPLES:
         problem = f"requests {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
@@ -78,7 +82,8 @@ def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> N
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
     """Raise DocumentError for an event after the end, a too short fault, or a too fast sine.
 
-    seconds: duration of the scenario [s]. period: sample period [s].
+    - seconds: duration of the scenario [s]
+    - period: sample period [s]
     """
     limit = seconds * (1.0 + SAME_INSTANT)
     for key, begin, end in _spans(scenario):

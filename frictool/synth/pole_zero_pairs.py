@@ -54,8 +54,8 @@ def section_response(sections: Matrix, angles: Vector) -> ComplexVector:
 def _halves(values: ComplexVector) -> ComplexVector:
     """Return one number of each conjugate pair, then the real numbers, both in rising order.
 
-    A pair is represented by its number with positive imaginary part, averaged with the conjugate of
-    the other number.
+    A pair is represented by its number with positive imaginary part. Because the two numbers are
+    conjugate only up to rounding, this number is averaged with the conjugate of the other.
     """
     ordered = values[np.lexsort((np.abs(values.imag), values.real))]
     is_real = np.abs(ordered.imag) <= REAL * np.abs(ordered)

@@ -136,7 +136,7 @@ def _smoothing(model: Model, rise: float) -> tuple[int, str]:
         return min(samples, MOST_SMOOTHING), f"one period of the resonance at {lowest:.4g} rad/s"
     samples = max(round(SMOOTHED * rise / period), LEAST_SMOOTHING)
     return min(samples, MOST_SMOOTHING), (
-        f"a move becomes longer by {SMOOTHED:g} of the time to the top speed, or "
+        f"a move becomes longer by {SMOOTHED:.0%} of the time to the top speed, but at least by "
         f"{LEAST_SMOOTHING} samples"
     )
 

@@ -1,18 +1,18 @@
 """Proof that an axis inside the rest band of its controller comes to rest and stays there.
 
 The rest band is the interval of position errors |e| <= band in which the controller releases the
-drive. Then the forces on the axis are friction, the decaying drive i and a disturbance. F is the
-smallest friction of all plants of the certificate's box, which contains every plant with parameters
-in the stored intervals. For |disturbance| <= d < F,
+drive. Then the forces on the axis are friction, the decaying drive i and a disturbance. The
+certificate of the controller document stores an interval for each plant parameter (`Box`). F is the
+smallest friction of all plants with parameters in these intervals. For |disturbance| <= d < F,
 
     J v' = K i(t) - friction + disturbance    =>    the axis moves by at most D = J w^2/(2 (F - d))
 
 before it stops, with w = |v| + K |i| lag/J. J is the inertia, v the speed, K the actuator's
 constant, and `lag` the time constant of the drive. The motion is longest if the whole impulse of
-the decaying drive acts at the start of the motion. With a released drive and the position error e,
-all states with |e| + D <= band - (one count) therefore stop inside the band. After the stop, the
-reading is constant, the drive remains released, and only a disturbance above the smallest breakaway
-moves the axis again. No limit cycle contains such a state.
+the decaying drive acts at the start of the motion. Let e be the position error. If the drive is
+released and |e| + D <= band - (one encoder count), the axis therefore stops inside the band. After
+the stop, the reading of the encoder is constant, the drive remains released, and only a disturbance
+above the smallest breakaway moves the axis again. No limit cycle contains such a state.
 
 The hypotheses of propositions 5.2.1 (limiter) and 5.2.2 (square-root law) of the thesis are checked
 numerically. Each number is changed to the safe side by the fraction ROUNDED, which exceeds all

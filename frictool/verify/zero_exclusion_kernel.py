@@ -467,10 +467,11 @@ def explore(
 ) -> tuple[int, int]:
     """Divide the cell `start` (6,) until a bound is proved; return outcome and number of cells.
 
-    PROVED: the characteristic polynomial D is not zero and the norm of the loop T is below `level`
-    for every plant of the box in the cell. VIOLATED: in doubles, the norm reaches `level` at the
-    values of t, kappa and sigma that are written to `at` (3,). UNDECIDED: the proof needs more than
-    `most` cells; `at` lies in a cell that is not proved.
+    - PROVED: the characteristic polynomial D is not zero and the norm of the loop T is below
+      `level` for every plant of the box in the cell
+    - VIOLATED: in doubles, the norm reaches `level` at the values of t, kappa and sigma that are
+      written to `at` (3,)
+    - UNDECIDED: the proof needs more than `most` cells; `at` lies in a cell that is not proved
     """
     space = workspace(loop)
     stack = np.empty((DEPTH, 6))

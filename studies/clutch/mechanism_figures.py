@@ -7,7 +7,7 @@
 - 2.12: forces of both springs on the cart, F_s2 and F_s1 tan(alpha), and mu_c F_s1, over the
   position of the cart
 - 2.13: resistance of the cart F_r5 in both directions (2.28); it never drives if the mechanism is
-  irreversible (2.27)
+  self-locking (2.27)
 - 2.14: friction at the rotor in both directions, C_r2 + r/eta F_r5, and the identified friction
   (4.42), (4.44)
 """

@@ -107,7 +107,7 @@ def test_a_requirement_that_no_candidate_reaches_is_named_with_the_trade(
     assert told["format"] == "synth-refusal/1"
     assert told["reason"] in done.stderr
     assert told["details"][0] == "searched: PI cascade, 15 candidates"
-    assert told["details"][1].startswith("bound: at its limit, the drive needs 10")
+    assert told["details"][1].startswith("bound: at the drive's limit, a step of ")
     assert told["details"][2] == "best candidate, on 73 of 73 plants:"
     (response,) = (one for one in told["details"] if one.startswith("  response 95 % "))
     where = re.search(

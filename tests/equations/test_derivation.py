@@ -124,8 +124,8 @@ sources: {A: {on: A, drive: effort}}
 @pytest.mark.parametrize(
     ("mu", "relation"),
     [
-        (0.1, "reversible: mu = 0.1 < tan(alpha) = 0.20271"),
-        (0.3, "irreversible, nut cannot drive screw"),
+        (0.1, "back-drivable: mu = 0.1 < tan(alpha) = 0.20271"),
+        (0.3, "self-locking, nut cannot drive screw"),
     ],
 )
 def test_the_screw_of_the_thesis(mu: float, relation: str, tmp_path: Path) -> None:

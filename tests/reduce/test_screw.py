@@ -40,7 +40,7 @@ def test_the_resisting_torque_is_that_of_the_thread(mu: float) -> None:
 @pytest.mark.parametrize(("mu", "holds"), [(0.99 * STEEP, False), (1.01 * STEEP, True)])
 def test_irreversible_from_mu_above_tan_alpha_on(mu: float, holds: bool) -> None:
     found = chain(screw(mu), None)
-    assert ("is irreversible" in _note(found)) == holds
+    assert ("is self-locking" in _note(found)) == holds
     # a load that friction holds is a part of it; one that it does not hold is told beside it
     assert (found.one.residual.stiffness == 0.0) == holds
 

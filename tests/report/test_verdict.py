@@ -79,8 +79,8 @@ def test_the_response_time_stands_beside_what_the_drive_alone_needs() -> None:
         if one.hold.origin is not None
     )
     assert judged.reason.endswith(
-        f"at its limit, the drive needs {1e3 * least:.4g} ms for a step of {length:.4g} rad "
-        "on the slowest plant"
+        f"at the drive's limit, a step of {length:.4g} rad takes at least {1e3 * least:.4g} "
+        "ms on the slowest plant"
     )
     assert named(judge(clutch_spec(), [log]), "response_time_95").details == {}
     assert named(judge(clutch_spec(), [log], controller(())), "response_time_95").details == {}

@@ -95,9 +95,9 @@ def plant_factors(
 ) -> Iterator[Factor]:
     """Yield the factors of a plant's parameters, including factors with low equal to high.
 
-    `ranges`: parameter -> range in the plant document.
-    `instead`: parameter -> range that replaces the range of the document.
-    `fixed`: parameter -> value of a parameter without a range, in any suitable unit.
+    `ranges`: range of each parameter in the plant document.
+    `instead`: ranges that replace those of the document, by parameter.
+    `fixed`: value of each parameter without a range, in any suitable unit.
     """
     ends = {
         name: _ends(entry, instead.get(name), fixed.get(name)) for name, entry in ranges.items()

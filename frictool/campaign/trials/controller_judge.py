@@ -84,7 +84,8 @@ class PlayedVerdict(ResultView):
     met : ndarray, shape (p, r)
         MET 1, BROKEN 0 or UNDECIDED -1.
     failed : mapping
-        Index of a plant that could not be simulated -> reason. The values of this plant are NaN.
+        Reason for each plant that could not be simulated, by the plant's index. The values of
+        this plant are NaN.
     """
 
     metrics: tuple[MetricLimit, ...]

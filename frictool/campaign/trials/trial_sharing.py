@@ -38,7 +38,11 @@ class JobSharing(Protocol):
 
 
 class DrawJobs(Sequence[Job]):
-    """Jobs of draws in `units` (n, d); `left`: indices of the draws without a stored result."""
+    """Jobs of the draws without a stored result.
+
+    - units: the n draws, points (n, d) in the unit cube of the d factors
+    - left: indices of the draws without a stored result
+    """
 
     def __init__(self, units: Vector, left: IntVector) -> None:
         self._units, self._left = units, left

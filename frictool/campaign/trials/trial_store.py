@@ -33,8 +33,8 @@ class TrialStore:
 
     `path`: file of the trials; None to keep them in memory only.
     `header`: JSON values that identify the campaign.
-    `trials`: index of a draw -> result of the trial.
-    `worst`: key of a search -> result of the search.
+    `trials`: result of each trial, by the index of the draw.
+    `worst`: result of each search, by the key of the search.
 
     Raises InputFileError if the file belongs to another campaign or is damaged, and OutputError if
     the file cannot be written.

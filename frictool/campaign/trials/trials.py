@@ -57,8 +57,8 @@ class Trials:
     `met` (n, m): outcome of each requirement, decided as in `report`: MET 1, BROKEN 0 or UNDECIDED
         -1.
     `passed` (n,): outcome of the whole trial (`trial_outcomes`).
-    `failed`: index of a trial that could not be simulated -> reason. This trial is BROKEN, and its
-        requirements are UNDECIDED.
+    `failed`: reason for each trial that could not be simulated, by the trial's index. Such a trial
+        is BROKEN, and its requirements are UNDECIDED.
     """
 
     space: FactorSpace

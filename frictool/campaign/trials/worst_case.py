@@ -26,7 +26,7 @@ class WorstCase:
 
     `value`: worst value, in `unit`.
     `limit`: limit of the requirement, in `unit`.
-    `values`: name of a factor -> value in SI.
+    `values`: value of each factor in SI, by name.
     `scenario`: name of the scenario file, without folder.
     `command`: command that simulates the scenario, with file names without folders.
     `typed`: the same command with the paths of the user's command line, for the terminal only.

@@ -29,9 +29,10 @@ PASSED = 1e-9  # overshoot of a search step beyond the end of a piece, relative 
 class JointTree(NamedTuple):
     """Tree of blocks that rigid joints and closed contacts connect, with work arrays.
 
-    k, p: integers and floats of the compiled mechanism (array_layout.py). members: the tree's
-    blocks, root first, as indices in ORDER. modes, y: arrays of a `MechanismState` (state.py). w:
-    work array (workspace_rows.py).
+    - k, p: integers and floats of the compiled mechanism (array_layout.py)
+    - members: the tree's blocks, root first, as indices in ORDER
+    - modes, y: arrays of a `MechanismState` (state.py)
+    - w: work array (workspace_rows.py)
     """
 
     k: IntVector
@@ -106,9 +107,11 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, x) with Lambda(x) = 0, or (False, x) if no zero with a rising Lambda is found.
 
-    Lambda(x) is the force that the tree needs for the acceleration x of its root. towards:
-    direction in which a root at rest starts, so that x * towards >= 0; 0 for a moving root. gross:
-    sum of the magnitudes of the efforts.
+    Lambda(x) is the force that the tree needs for the acceleration x of its root.
+
+    - towards: direction in which a root at rest starts, so that x * towards >= 0; 0 for a moving
+      root
+    - gross: sum of the magnitudes of the efforts
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

@@ -76,7 +76,8 @@ ADVANCE, FIELD, STEP_STAGES, SETTLE, STIFF_STEP = range(5)
 class CompiledMechanism(NamedTuple):
     """Mechanism as arrays for the kernels; `prepare` computes them from a `PackedMechanism`.
 
-    whole, numbers: integers and floats of all sections. laws: addresses of kernels.
+    - whole, numbers: integers and floats of all sections
+    - laws: addresses of kernels
     """
 
     whole: IntVector

@@ -38,8 +38,10 @@ def play_reference(
 ) -> int:
     """Simulate a mechanism under the bench's position loop with the `reference` (n,).
 
-    servo (5,): array of a `PositionServo`. inputs, drifting, out: records of
-    engine/mechanism/closed_loop.py; `inputs` must contain no signals, and `drifting` no drifts.
+    - servo (5,): array of a `PositionServo`
+    - inputs, drifting, out: records of engine/mechanism/closed_loop.py; `inputs` must contain no
+      signals, and `drifting` no drifts
+
     `position` and `drive` (n,) are filled. Returns a status of engine/status_codes.py.
     """
     constant = ly.constant(machine.numbers, ly.source_row(machine.whole, sight.source))

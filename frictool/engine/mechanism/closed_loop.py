@@ -48,9 +48,11 @@ NOBODY = -1  # value of `source` if no source is controlled
 class ControlPorts(NamedTuple):
     """Indices of the controlled source, of the sensor's block and of the load's block.
 
-    source: NOBODY if no source is controlled. step: encoder resolution [rad | m]. The load's
-    position q is recorded in the coordinate of the sensor: sensor_start + (q -
-    load_start)/load_ratio.
+    - source: NOBODY if no source is controlled
+    - step: encoder resolution [rad | m]
+
+    The load's position q is recorded in the coordinate of the sensor: sensor_start +
+    (q - load_start)/load_ratio.
     """
 
     source: int
@@ -65,10 +67,12 @@ class ControlPorts(NamedTuple):
 class MechanismInputs(NamedTuple):
     """Inputs of a mechanism; they are constant in each part of a sample period.
 
-    first (n + 1,): index of the first part of each of the n samples; the last entry is the number m
-    of all parts. durations (m,) [s]: durations of the parts. drives (m, u): commands of the u
-    sources [A | V | N m | N], or (0, u) if all commands are zero. blocks (d,): indices of the
-    blocks on which `efforts` act. efforts (m, d): efforts [N m | N], or (0, d) if all are zero.
+    - first (n + 1,): index of the first part of each of the n samples; the last entry is the number
+      m of all parts
+    - durations (m,) [s]: durations of the parts
+    - drives (m, u): commands of the u sources [A | V | N m | N], or (0, u) if all commands are zero
+    - blocks (d,): indices of the blocks on which `efforts` act
+    - efforts (m, d): efforts [N m | N], or (0, d) if all are zero
     """
 
     first: IntVector
@@ -81,9 +85,10 @@ class MechanismInputs(NamedTuple):
 class DriftedNumbers(NamedTuple):
     """Conditions at each sample, and the mechanism's parameters that conditions multiply.
 
-    conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) if there are no conditions. At
-    sample k, machine.numbers[indices[i]] is values[i] times conditions[k, columns[i]]. limit: limit
-    of the controlled drive, as measured by the sensor of the drive.
+    - conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) if there are no conditions
+    - limit: limit of the controlled drive, as measured by the sensor of the drive
+
+    At sample k, machine.numbers[indices[i]] is values[i] times conditions[k, columns[i]].
     """
 
     conditions: Vector
@@ -96,9 +101,11 @@ class DriftedNumbers(NamedTuple):
 class MechanismRecord(NamedTuple):
     """Arrays that are filled at every sample.
 
-    record (n, 7): columns of engine/closed_loop.py. motion (n, 2 b + u): positions and speeds of
-    the b blocks, drives of the u sources. modes (n, m): the m modes of engine/mechanism/state.py.
-    events (e, 4): rows of engine/mechanism/events.py. happened (1,): number of events.
+    - record (n, 7): columns of engine/closed_loop.py
+    - motion (n, 2 b + u): positions and speeds of the b blocks, drives of the u sources
+    - modes (n, m): the m modes of engine/mechanism/state.py
+    - events (e, 4): rows of engine/mechanism/events.py
+    - happened (1,): number of events
     """
 
     record: Vector

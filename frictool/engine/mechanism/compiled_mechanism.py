@@ -30,8 +30,10 @@ from frictool.typing import IntVector, Vector
 class JointForest(NamedTuple):
     """Trees of the joints, as four lists of n elements for n blocks.
 
-    order: the blocks in preorder. parent: parent of each block, -1 for a root. joint: joint to the
-    parent, -1 for a root. outward: 1 if end a of this joint is at the parent, else 0.
+    - order: the blocks in preorder
+    - parent: parent of each block, -1 for a root
+    - joint: joint to the parent, -1 for a root
+    - outward: 1 if end a of this joint is at the parent, else 0
     """
 
     order: list[int]

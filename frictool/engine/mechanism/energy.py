@@ -23,10 +23,12 @@ from frictool.typing import IntVector, Vector
 class EnergyBalance(NamedTuple):
     """Energies of a mechanism [J].
 
-    stored: energy in couplings (0 if unstrained) and in pushes, which are constant or
-    position-dependent efforts (0 at position 0). The energy of a curve is 0 at its first point.
-    put_in: work of sources and external efforts. lost: work that all other elements absorb, minus
-    the work that they return.
+    - stored: energy in couplings (0 if unstrained) and in pushes, which are constant or
+      position-dependent efforts (0 at position 0)
+    - put_in: work of sources and external efforts
+    - lost: work that all other elements absorb, minus the work that they return
+
+    The energy of a curve is 0 at its first point.
     """
 
     kinetic: float

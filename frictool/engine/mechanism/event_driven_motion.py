@@ -239,10 +239,12 @@ def advance(
 ) -> int:
     """Advance the state, in place, by `duration` [s] under constant commands and external efforts.
 
-    command (u,): command of each source [A | V | N | N m]. external (n,): efforts on blocks [N | N
-    m]. Adds the events to `events`. The limit of a winding is computed for the speed at the
-    beginning of the call. Returns a status of engine/status_codes.py; if the status is not OK,
-    `state` is the state after the last event or step.
+    - command (u,): command of each source [A | V | N | N m]
+    - external (n,): efforts on blocks [N | N m]
+
+    Adds the events to `events`. The limit of a winding is computed for the speed at the beginning
+    of the call. Returns a status of engine/status_codes.py; if the status is not OK, `state` is the
+    state after the last event or step.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.ADVANCE]
     status: int = _held_command(

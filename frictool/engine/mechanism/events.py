@@ -87,8 +87,10 @@ def write_changes(
 ) -> None:
     """Write an event for each changed mode; a rigid group of blocks has one event.
 
-    before: modes before the event. speeds (n,): speeds before the event. A change of a joint's
-    branch is written only if the joint has losses.
+    - before: modes before the event
+    - speeds (n,): speeds before the event
+
+    A change of a joint's branch is written only if the joint has losses.
     """
     k, p, _ = machine
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]

@@ -51,8 +51,8 @@ def kink_of(p: Vector, row: int, driven: float) -> float:
 def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
     """Return d(force at end a)/d(force at end b) on one side of the kink of the loss.
 
-    direction: direction of motion of end a. above: True for the side with the larger force at end
-    b.
+    - direction: direction of motion of end a
+    - above: True for the side with the larger force at end b
     """
     ratio, drive, back = ly.ratio(p, row), ly.drive_loss(p, row), ly.back_loss(p, row)
     if ly.thread(p, row) > 0.0:

@@ -38,8 +38,9 @@ def is_group_lossy(k: IntVector, p: Vector, group: int) -> bool:
 class Group(NamedTuple):
     """Group of rigidly joined blocks, with the block on which an impulse acts.
 
-    k, p: compiled mechanism (array_layout.py). group: first block of the group. w: work array with
-    the rows of workspace_rows.py.
+    - k, p: compiled mechanism (array_layout.py)
+    - group: first block of the group
+    - w: work array with the rows of workspace_rows.py
     """
 
     k: IntVector
@@ -121,9 +122,13 @@ def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: boo
 def yielding(hit: Group, row: int, force: float, speed: float, lossy: bool) -> float:
     """Return the speed change of a group's first block per unit of impulse.
 
-    force: ±1, sign of the impulse. speed: present speed of the first block. row: -1 if the impulse
-    acts on `hit.block`. Otherwise the impulse acts on the load end b of the joint in this row, and
-    `hit.block` is at end a. lossy: `is_group_lossy`. The result is NaN if the group jams.
+    - force: ±1, sign of the impulse
+    - speed: present speed of the first block
+    - row: -1 if the impulse acts on `hit.block`. Otherwise the impulse acts on the load end b of
+      the joint in this row, and `hit.block` is at end a
+    - lossy: result of `is_group_lossy`
+
+    The result is NaN if the group jams.
     """
     if speed != 0.0:
         return _by_direction(hit, row, force, math.copysign(1.0, speed), lossy)

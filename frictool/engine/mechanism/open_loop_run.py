@@ -23,9 +23,11 @@ ROOM_FOR_EVENTS = 100_000
 class MechanismRun:
     """Result of a run at the `times` (m,); the first sample is the initial state.
 
-    status: code of engine/status_codes.py. Values after `reached` [s] are NaN. events: rows of
-    engine/mechanism/events.py. happened: number of all events, including those for which `events`
-    has no row.
+    - status: code of engine/status_codes.py
+    - events: rows of engine/mechanism/events.py
+    - happened: number of all events, including those for which `events` has no row
+
+    Values after `reached` [s] are NaN.
     """
 
     status: int

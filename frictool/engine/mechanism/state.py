@@ -81,8 +81,9 @@ INTEGER_ROWS = 3
 class Workspace(NamedTuple):
     """Work arrays of the kernels; their content is valid within one call only.
 
-    w: work array with the rows of workspace_rows.py. slopes, powers: one row per stage of a step.
-    lines, integers: rows with the names that this module defines. Rows may be longer than needed.
+    - w: work array with the rows of workspace_rows.py
+    - slopes, powers: one row per stage of a step
+    - lines, integers: rows with the names that this module defines. Rows may be longer than needed
     """
 
     w: Vector  # (WORK_ROWS, blocks or joints): workspace_rows.py

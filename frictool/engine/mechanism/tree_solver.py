@@ -100,8 +100,10 @@ def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]
     """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
     An unloaded self-locking joint cannot hold the driving end, which slips under any effort. The
-    slip ends immediately if the driving end then drives the load. leaves: True if the tree starts
-    to move. direction, acceleration: values of the root.
+    slip ends immediately if the driving end then drives the load.
+
+    - leaves: True if the tree starts to move
+    - direction, acceleration: values of the root
     """
     k, p, _, members, _, w = tree
     if stays_loaded(tree, 0.0):
@@ -217,9 +219,11 @@ def solve_tree(
 ) -> int:
     """Set the modes of the blocks that rigid joints and closed contacts connect to a root.
 
-    index: index of the root in ORDER. workspace: (blocks + 1,) or longer. Returns a status of
-    engine/status_codes.py. If the tree jams, contacts that would pull are open, and the last entry
-    of `workspace` is the index in ORDER of the first block of the jammed part.
+    - index: index of the root in ORDER
+    - workspace: (blocks + 1,) or longer. If the tree jams, contacts that would pull are open, and
+      the last entry of `workspace` is the index in ORDER of the first block of the jammed part
+
+    Returns a status of engine/status_codes.py.
     """
     n = k[ly.BLOCKS]
     count = _members(k, modes, index, workspace)

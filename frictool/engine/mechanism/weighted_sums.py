@@ -119,7 +119,8 @@ def path_of(h: float, slopes: Vector, path: Vector) -> None:
 def on_path(part: float, path: Vector, gain: Vector) -> None:
     """Fill `gain` with the change of the state over the first part of a step.
 
-    part: length of this first part, divided by the length of the step. path: result of `path_of`.
+    - part: length of this first part, divided by the length of the step
+    - path: result of `path_of`
     """
     rest = 1.0 - part
     for i in range(path.shape[1]):

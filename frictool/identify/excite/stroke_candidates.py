@@ -122,10 +122,9 @@ def stroke_candidates(
     least = axis.backlash + SHORTEST_COUNTS * sensing.step
     if (1.0 - 2.0 * SPREAD) * longest < least:
         raise NoSolutionError(
-            "travel: random ends shorten the longest strokes to "
-            f"{(1.0 - 2.0 * SPREAD) * longest:.4g} {limits.unit}; needed: at least "
-            f"{least:.4g} (backlash and {SHORTEST_COUNTS:g} counts); use a finer encoder or more "
-            "travel"
+            "travel: strokes between random reversal positions can be as short as "
+            f"{(1.0 - 2.0 * SPREAD) * longest:.4g} {limits.unit}; needed: {least:.4g} (backlash "
+            f"and {SHORTEST_COUNTS:g} counts); use a finer encoder or more travel"
         )
     shortest = max(SHORTEST_SHARE * longest, least / (1.0 - 2.0 * SPREAD))
     candidates = [

@@ -48,7 +48,7 @@ class Rigidity(NamedTuple):
 
     - inertia: smallest inertia, kg m^2 | kg
     - late: longest delay between effort and position, in either direction, s
-    - load: load over the position, (n,) -> (n,), or None
+    - load: function that returns the load (n,) at positions (n,), or None
     """
 
     inertia: float

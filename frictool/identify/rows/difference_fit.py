@@ -33,8 +33,8 @@ def differenced_fit(
 ) -> SlidingFit:
     """Return the least-squares fit of all samples of all strokes, weighted by `weigh(samples)`.
 
-    A weight of 0 removes the row. The inertia is reported as not identified if the encoder is too
-    coarse. Raises UnusableLogs if the axis never moves by more than one encoder count.
+    Samples of weight 0 are left out. The inertia is reported as not identified if the encoder is
+    too coarse. Raises UnusableLogs if the axis never moves by more than one encoder count.
     """
     time_constant = settings.time_constant or 0.0
     samples, memory = differenced(records, time_constant)

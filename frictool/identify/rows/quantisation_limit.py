@@ -38,11 +38,12 @@ def unresolved_inertia(
     bound = prior.value * error / acceleration if acceleration > 0.0 else math.inf
     effort = bench.actuator.constant.value * bench.actuator.limit.value
     raw = inertia_error(prior.value, record.resolution, record.period, effort)
+    ranged = " (range in the bench)" if prior.interval[0] < prior.interval[1] else ""
     if bound >= known:
         return (
             f"quantisation can change the inertia by {_percent(bound, prior.value)} after "
-            f"smoothing {smoothing} ({_percent(raw, 1.0)} without); the bench's range is narrower: "
-            f"{_percent(known, prior.value)}"
+            f"smoothing {smoothing} ({_percent(raw, 1.0)} without smoothing); needed: below "
+            f"{_percent(known, prior.value)}{ranged}"
         )
     return None
 

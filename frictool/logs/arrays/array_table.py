@@ -90,8 +90,8 @@ class ColumnReader:
 class ArrayTable:
     """Table of the arrays in one file (implements RawTable).
 
-    columns: name of each real vector -> location of its numbers.
-    others: name of each variable that is not a real vector -> description of the variable.
+    columns: location of the numbers of each real vector, by name.
+    others: description of each variable that is not a real vector, by name.
     damage: description of damage outside the columns; None if no such damage was found.
     dated: datetime64 column with the times of the rows; None if the file has no such column.
     """

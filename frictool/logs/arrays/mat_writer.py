@@ -43,7 +43,7 @@ def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> 
 def pieces(values: Mapping[str, Value]) -> Iterator[bytes]:
     """Yield the bytes of a MATLAB file with the variables `values`, in parts.
 
-    values: name -> text, structure, vector (n,) or matrix (n, m). A vector is written as a column.
+    values: texts, structures, vectors (n,) or matrices (n, m), by name. A vector becomes a column.
 
     Raises OutputError if a variable is too long for MATLAB.
     """

@@ -24,11 +24,11 @@ from frictool.typing import Vector
 class MemoryTable:
     """Table with columns in memory (implements RawTable).
 
-    columns: column name -> numbers (n,).
-    units: column name -> unit stated in the file; None if the file states none.
+    columns: numbers (n,) of each column, by name.
+    units: unit of each column as stated in the file; None if the file states no unit.
     time_ns: times (n,) of the rows in ns; None if the file gives no times.
     first_line: line of the first row in the file; None if the rows have no lines.
-    unreadable: name of each column with cells that are not numbers -> error at the first such cell.
+    unreadable: for each column with cells that are not numbers, error at the first such cell.
     """
 
     columns: Mapping[str, Vector]

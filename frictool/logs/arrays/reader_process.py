@@ -44,8 +44,8 @@ TEXT = 100  # maximum number of characters of a library's error text in a messag
 class LibraryTable:
     """Table of a file that a library has opened (implements RawTable); a subclass defines `blocks`.
 
-    columns: name of each column -> object from which the subclass reads the column.
-    others: name of each item that is not a column of numbers -> description of the item.
+    columns: object from which the subclass reads a column, by the name of the column.
+    others: description of each item that is not a column of numbers, by name.
     """
 
     source: str
@@ -81,7 +81,7 @@ Open = Callable[[Path], Sequence[LibraryTable]]
 class GuardedTable:
     """Table whose rows are read in a child process (implements RawTable).
 
-    others: name of each item that is not a column of numbers -> description of the item.
+    others: description of each item that is not a column of numbers, by name.
     opened: function that opens the file in the child and returns the tables of the file.
     index: index of this table in the result of `opened`.
     """

@@ -22,11 +22,11 @@ UNREADABLE = (McapError, struct.error, ValueError)  # errors that a damaged reco
 class McapDeclarations:
     """Collector of the declarations in the records of an MCAP file.
 
-    schemas: schema number in the file -> schema.
-    channels: channel number in the file -> channel.
-    metadata: record name -> key -> text.
-    counts: channel number -> number of messages of the channel according to the file's statistics;
-        None until the statistics are read.
+    schemas: schemas by their number in the file.
+    channels: channels by their number in the file.
+    metadata: for each record, the text of each key.
+    counts: number of messages of each channel according to the file's statistics, by channel
+        number; None until the statistics are read.
     """
 
     schemas: dict[int, Schema] = field(default_factory=dict)

@@ -72,8 +72,8 @@ class MissingSamples:
         loss has an unknown number of samples, these samples are assigned to that loss. Otherwise
         they are recorded as additional losses.
 
-        counts: channel -> number of samples in the statistics.
-        samples_read: channel -> number of samples read.
+        counts: number of samples of each channel in the statistics.
+        samples_read: number of samples read from each channel.
         """
         lost = {
             number: sum(one.samples or 0 for one in self.lost if one.channel == number)

@@ -57,10 +57,10 @@ MOST_ROWS = 1 << 18  # maximum number of rows read
 class ColumnGuess:
     """Channels, sample period and encoder step guessed from a file.
 
-    columns: channel -> (column, unit). The column or the unit is OPEN if `questions` asks for it.
+    columns: (column, unit) of each channel. A column or unit is OPEN if `questions` asks for it.
     left: names of the columns that are not used. Such a column cannot be read, fits no channel, or
         fits less well than another column.
-    unreadable: column of `left` -> reason why this column cannot be read.
+    unreadable: reason why a column of `left` cannot be read, by column.
     period: sample period in s; None if unknown.
     step: encoder step in rad or m; None if unknown.
     questions: questions to the user about columns and units.

@@ -28,7 +28,7 @@ class LossLedger:
 
     A loss lasts until the next sample that is read.
 
-    named: column -> paths of the channels made from this column.
+    named: for each column, paths of the channels made from this column.
     every: paths of all channels.
     """
 

@@ -87,7 +87,7 @@ class ChannelMapper:
 
     table: table of the raw file.
     bench: bench with the `columns` to map.
-    columns: channel or `time` -> (entry in `bench.columns`, name of the column in the table).
+    columns: (entry in `bench.columns`, name of the table's column) of each channel and of `time`.
     topic: topic of the resulting stream.
     derive: True if `effort` is to be computed from the drive signal (current or voltage).
     period: expected sample period in s; None to accept any period.

@@ -63,7 +63,7 @@ class Unwrapping:
 
     source: name of the file for messages.
     bench: bench with the keys `encoder.wrap` and `encoder.wrap_bits`.
-    columns: channel -> name of the channel's column in the file.
+    columns: name of each channel's column in the file.
     count: size of one count of the position in rad or m; None if the position is not in counts.
     """
 

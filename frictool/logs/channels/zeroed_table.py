@@ -19,7 +19,7 @@ from frictool.logs.raw_table import DataLoss, DerivedTable, LostColumnError, Raw
 class ZeroedTable(DerivedTable):
     """Table whose columns in `counts` have their zero offsets subtracted.
 
-    counts: column -> number of finite values at the start of the column whose mean is the offset.
+    counts: for each column, number of finite values at its start; their mean is the offset.
     """
 
     def __init__(self, table: RawTable, counts: Mapping[str, int]) -> None:

@@ -42,7 +42,11 @@ _EXACT = np.uint64(1 << 53)
 
 
 def _fives() -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
-    """Return the truncated leading 64 bits of each 5^q, and the power of two that scales them."""
+    """Return, for each q from LOWEST to HIGHEST, a truncated 5^q = leading 2^shift.
+
+    - leading: integers of 64 bits; the highest bit is 1
+    - shifts: exponents of the power of two
+    """
     leading, shifts = [], []
     for power in range(LOWEST, HIGHEST + 1):
         if power >= 0:

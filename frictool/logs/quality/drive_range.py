@@ -22,8 +22,8 @@ def beyond_limit(
 ) -> str | None:
     """Return a message about a drive signal that is far beyond the drive's limit, else None.
 
-    signals: channel -> values (n,) in SI; a drive signal is current, voltage or a measured effort.
-    columns: channel -> name of its column in the raw file. The message names a channel without an
+    signals: values (n,) of each channel in SI; drive signals are current, voltage, measured effort.
+    columns: name of each channel's column in the raw file. The message names a channel without an
         entry by its channel name.
     ratio: largest allowed ratio of a drive signal to the limit.
     """

@@ -65,7 +65,7 @@ class StreamSurvey:
     """Survey of one stream.
 
     base: sample rate, jitter and gaps.
-    signals: name of each signal -> survey of the signal.
+    signals: survey of each signal, by the name of the signal.
     opening: first samples of the stream.
     velocity: lowest and highest velocity, computed from the position, in rad/s or m/s.
     window: number of samples between two positions from which a velocity is computed.
@@ -85,7 +85,7 @@ def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> S
     """Return the survey of one stream.
 
     pieces: function that returns an iterator over all samples. It is called twice.
-    limits: signal -> largest absolute value that bench.yaml allows.
+    limits: largest absolute value that bench.yaml allows for a signal, by the signal's name.
     """
     signals = {
         name: SignalSurvey(name, unit) for name, unit in zip(head.fields, head.units, strict=True)

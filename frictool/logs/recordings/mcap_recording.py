@@ -35,7 +35,7 @@ class McapLoss:
     """Loss of messages in an MCAP file.
 
     reason: why the messages cannot be read.
-    of: channel -> number of lost messages; None if the channels are unknown.
+    of: number of lost messages of each channel; None if the channels are unknown.
     """
 
     reason: str

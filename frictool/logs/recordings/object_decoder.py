@@ -90,7 +90,7 @@ class ObjectDecoder:
         return values, present, failed
 
     def numbers_of(self, data: bytes) -> dict[str, float]:
-        """Return path -> value for each number of one message.
+        """Return the numbers of one message, by their paths in the message.
 
         Raises ValueError if the message is damaged or has too many numbers.
         """

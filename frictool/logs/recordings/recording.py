@@ -71,7 +71,7 @@ class Decoder(Protocol):
 
         values: numbers (paths, n); NaN for a missing number.
         presence: mask (paths, n) that is False for a missing number.
-        failures: index of each unreadable message -> reason.
+        failures: reason for each unreadable message, by the message's index.
         """
         ...
 

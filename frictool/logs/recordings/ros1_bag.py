@@ -38,7 +38,7 @@ class BagLoss:
     """Loss of messages in a bag.
 
     reason: why the messages cannot be read.
-    rest: topic -> messages of the damaged part that can still be read.
+    rest: for each topic, messages of the damaged part that can still be read.
     """
 
     reason: str

@@ -95,8 +95,8 @@ def restriction(
     layout
         Names of the p columns of a row.
     wear
-        Parameters of the kind of wear: name -> coefficients (p,) per unit of the parameter, prior
-        mean, and prior standard deviation.
+        Parameters of the kind of wear, by name: coefficients (p,) per unit of the parameter,
+        prior mean, and prior standard deviation.
     fixed
         Part (p,) of the coefficients that does not depend on the parameters; None stands for 0.
     unmodelled
@@ -176,7 +176,7 @@ def multiplicative(
 def _known(
     model: Model, layout: WeakFormLayout, unmodelled: UnmodelledFriction
 ) -> dict[str, tuple[float, float]]:
-    """Return name -> prior (mean, deviation) for inertia and viscous friction (asymmetry, bends).
+    """Return the priors (mean, deviation) of inertia and viscous friction (asymmetry, bends).
 
     The range of the viscous friction in bench.yaml applies to the steepest slope
     (adapters/friction_levels.py). If the model has bends, this is the slope above the last bend.

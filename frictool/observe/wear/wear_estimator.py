@@ -195,9 +195,11 @@ def apart(one: EstimateRange, other: EstimateRange) -> bool:
 
 
 def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
-    """Return the estimate `alike` of uniform wear, extended by the kind of wear of `verdict`.
+    """Return a copy of `alike`, with the kind of wear and the directional wear of `verdict`.
 
-    If the kind is not uniform wear, mean wear and inertia are taken from `verdict`.
+    - alike: estimate that assumes uniform wear
+    - verdict: classification of the wear; if its kind is not uniform wear, the result also has its
+      mean wear, added effort, zones and inertia
     """
     if verdict.kind not in ALIKE:
         sided = replace(

@@ -106,7 +106,7 @@ class LinkForest:
         return steps[::-1]
 
     def reached(self, root: int) -> dict[int, float]:
-        """Return block -> speed relative to `root`'s speed, for every block connected to `root`."""
+        """Return the speed of every block connected to `root`, relative to the speed of `root`."""
         ratio = {root: 1.0}
         queue = deque([root])
         while queue:
@@ -156,8 +156,8 @@ def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Seq
             )
             raise ElementError(
                 f"links.{other.name}",
-                f"{other.name} and {one.name} are irreversible and both drive {driven} "
-                "so that nothing can move; make one of these two links reversible or compliant",
+                f"{other.name} and {one.name} are self-locking and both drive {driven} "
+                "so that nothing can move; make one of these two links back-drivable or compliant",
             )
 
 

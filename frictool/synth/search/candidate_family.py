@@ -52,7 +52,7 @@ class CandidateFamily:
         ]
 
     def values(self, unit: Vector) -> dict[str, float]:
-        """Return parameter name -> value at a point (d,) of the unit cube."""
+        """Return the value of each parameter at a point (d,) of the unit cube."""
         inside = np.clip(unit, 0.0, 1.0)
         return {
             one.name: float(one.low * (one.high / one.low) ** share)

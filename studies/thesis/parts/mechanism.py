@@ -12,7 +12,7 @@ from studies.thesis.results import Part
 
 
 def mechanism() -> Part:
-    """Return the part with figures 2.12 to 2.14 and the condition of irreversibility (2.27)."""
+    """Return the part with figures 2.12 to 2.14 and the condition of self-locking (2.27)."""
     part, found = Part(), forces(load(CLUTCH / "mechanism.yaml", Mechanism))
     springs, cart, rotor = figures(found)
     share = np.abs(found.clutch - found.compensation) / found.friction

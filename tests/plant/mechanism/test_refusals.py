@@ -411,7 +411,7 @@ def test_two_links_that_what_they_drive_cannot_drive(tmp_path: Path) -> None:
     text = TRAIN.replace(SHAFT, second).replace(GEAR, gears + rod)
     told = refusal(text, tmp_path)
     assert (
-        "links.worm: worm and reducer are irreversible and both drive shaft and wheel, rigidly "
+        "links.worm: worm and reducer are self-locking and both drive shaft and wheel, rigidly "
         "linked, so that nothing can move" in told
     )
     soft = (
