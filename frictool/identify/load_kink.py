@@ -53,6 +53,7 @@ from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.regression import SingularRegressors, solve_triangles
 from frictool.identify.regression.term_selection import WORTH, beyond_chance, halved
+from frictool.identify.regression.tsqr import Tensor
 from frictool.identify.rows.effects import Hypothesis, effect_names
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, RIPPLES, SPRING, TERMS
 from frictool.identify.rows.regression_samples import (
@@ -64,7 +65,7 @@ from frictool.identify.rows.regression_samples import (
 )
 from frictool.identify.rows.slip_fit import stroke_samples
 from frictool.identify.rows.smoothing import acceleration_response, bump, measurement_noise
-from frictool.typing import Matrix, Vector
+from frictool.typing import Vector
 
 SHORTER = (0.25, 0.5, 1.0)  # lengths of the smoothing windows relative to the windows of a fit
 KNOTS = 48  # number of intervals of the travel; the first search tries the knots between them
@@ -202,29 +203,28 @@ class _KinkSearch:
             for one in groups
         )
 
-    def changes(self, knot: float) -> Matrix:
-        """Return the columns of jump and bend, (n, 2).
+    def changes(self, knots: Sequence[float], rows: NDArray[np.bool_] | slice) -> Tensor:
+        """Return the columns of jump and bend in some rows for k knots, (k, n, 2).
 
         The jump is smoothed as the effort is. Within a smoothing window, the speed is taken as
         constant.
         """
-        beyond = self.position - knot
+        beyond = self.position[rows] - np.array(knots)[:, None]
         passed = np.concatenate(([0.0], np.cumsum(self.bump)))
-        share = np.interp(beyond / self.reach, np.linspace(-1.0, 1.0, passed.size), passed)
-        return np.column_stack((share, np.maximum(beyond, 0.0)))
+        share = np.interp(beyond / self.reach[rows], np.linspace(-1.0, 1.0, passed.size), passed)
+        return np.stack((share, np.maximum(beyond, 0.0)), axis=2)
 
     def best(self, rows: NDArray[np.bool_], knots: Sequence[float]) -> float:
         """Return the knot with which the selected rows have the smallest residual, rad | m."""
         fitted = np.linalg.qr(np.column_stack([one[rows] for one in self.base.values()]))[0]
         left = self.samples.effort[rows]
         left = left - fitted @ (fitted.T @ left)
-        gains = []
-        for knot in knots:
-            changes = self.changes(knot)[rows]
-            changes -= fitted @ (fitted.T @ changes)
-            value = np.linalg.lstsq(changes, left, rcond=DEPENDENT)[0]
-            gains.append(float(left @ changes @ value))
-        return knots[int(np.argmax(gains))]
+        changes = self.changes(knots, rows)
+        changes -= fitted @ (fitted.T @ changes)
+        slope = left @ changes
+        gram = changes.transpose(0, 2, 1) @ changes
+        value = np.linalg.pinv(gram, DEPENDENT**2, hermitian=True) @ slope[:, :, None]
+        return knots[int(np.argmax(slope[:, None, :] @ value))]
 
     def knot(self, rows: NDArray[np.bool_], knots: Sequence[float]) -> float:
         """Return the knot of `best` on a grid that is refined around the best of `knots`."""
@@ -245,7 +245,9 @@ class _KinkSearch:
 
     def with_kink(self, knot: float) -> ReducedRows:
         """Return the rows with the columns of a kink at `knot`."""
-        return self.reduced_rows(dict(zip(CHANGES, self.changes(knot).T, strict=True)))
+        return self.reduced_rows(
+            dict(zip(CHANGES, self.changes([knot], slice(None))[0].T, strict=True))
+        )
 
     def found(self, rivals: Sequence[Vector], most: float) -> LoadKink | None:
         """Return the kink if it fulfils the conditions of the module docstring, else None.
@@ -290,7 +292,7 @@ class _KinkSearch:
     def _change(self, rows: ReducedRows, knot: float) -> tuple[float, float] | None:
         """Return jump and bend if one of them is large, and alike in both directions, else None."""
         both = _intervals(rows, KINK, self.confidence)
-        changes = self.changes(knot)
+        (changes,) = self.changes([knot], slice(None))
         back = (self.samples.sign < 0.0)[:, None]
         columns = np.column_stack((np.where(back, 0.0, changes), np.where(back, changes, 0.0)))
         named = dict(zip(BY_DIRECTION.names, columns.T, strict=True))
