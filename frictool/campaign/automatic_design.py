@@ -7,6 +7,9 @@ first; the search ends when a candidate meets the specification. If no candidate
 specification, but the best candidate violates it only slightly, the family of the best candidate is
 searched again for a longer response time. Further searches shorten this time to the specified
 response time. Each further search starts from the design of the previous search.
+
+If the axis rings after its stops and the design may therefore fail (campaign/doubts.py), the family
+is searched again for slower loops.
 """
 
 from __future__ import annotations
@@ -17,12 +20,14 @@ from dataclasses import dataclass, replace
 from msgspec import structs
 
 from frictool.campaign.design_trial import DesignTest, longest_step_of
+from frictool.campaign.doubts import slower_factor
 from frictool.campaign.draws.default_scenario import response_time
 from frictool.campaign.narrower_range import narrower_range
 from frictool.campaign.search_findings import CandidateExamination, SearchFindings
 from frictool.campaign.search_tests import search_tests
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import FeedforwardDesign, ProfileDesign
+from frictool.documents.missing_effects import undeclared_ringing
 from frictool.documents.spec import Spec
 from frictool.runtime.object_view import ResultView
 from frictool.synth.feasibility import check_feasible, check_played_step
@@ -54,6 +59,9 @@ KEPT = (
 )
 TRACKED = ("tracking_error_peak", "tracking_error_rms", "settling_after_profile")
 CONTINUABLE = 0.15  # largest relative violation of a limit for which a family is searched again
+# on an axis that rings: most searches for a slower loop, and their number of candidates relative to
+# the first search
+SLOWER_LOOPS, SLOWER_SHARE = 3, 0.25
 EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified response time
 
 
@@ -136,7 +144,7 @@ def design_automatically(
     search = _Search(test, tests, scales, CandidateControllers(model, spec), progress)
     searches = [search.of(family) for family in families]
     try:
-        return search.first_found(searches)
+        return search.tolerant(search.first_found(searches), families)
     except KeyboardInterrupt:
         outcomes = [one.outcome() for one in searches if one.tried]
         raise SearchInterruptedError(AutomaticDesign(tuple(outcomes))) from None
@@ -180,6 +188,31 @@ class _Search:
             narrower = narrower_range(self.test, [*findings.examined, *candidates])
             findings = replace(findings, narrower=narrower)
         return AutomaticDesign(tuple(outcomes), findings)
+
+    def tolerant(
+        self, found: AutomaticDesign, families: Sequence[CandidateFamily]
+    ) -> AutomaticDesign:
+        """Search slower loops if the found loop may fail because the axis rings after its stops.
+
+        The searches end with a loop that tolerates the ringing, or if no slower loop of the family
+        meets the specification. Return the slowest loop that meets it.
+        """
+        if undeclared_ringing(self.test.model) is None or not found.passed:
+            return found
+        scales = self.scales
+        family = next(one for one in families if one.name == found.outcomes[-1].family)
+        family = replace(family, candidates=round(SLOWER_SHARE * family.candidates))
+        for _ in range(SLOWER_LOOPS):
+            slower = slower_factor(self.controllers(found.design), self.test)
+            if slower is None or slower == 1.0:
+                break
+            self.progress(f"search: a loop {slower:g} times slower, because the axis rings")
+            scales = replace(scales, dead_time=slower * scales.dead_time)
+            outcome = replace(self, scales=scales).of(family).run(self.progress)
+            if not outcome.passed:
+                break
+            found = AutomaticDesign((*found.outcomes, outcome))
+        return found
 
     def of(self, family: CandidateFamily) -> CandidateSearch:
         return CandidateSearch(

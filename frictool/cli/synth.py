@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,11 @@ from frictool.documents.synthesis_methods import METHODS
 from frictool.errors import EXIT_NO
 
 if TYPE_CHECKING:
+    from frictool.campaign.design_trial import DesignTest
+    from frictool.campaign.doubts import Doubts
+    from frictool.documents.controller import Controller
     from frictool.documents.design import Design
+    from frictool.documents.model import Model
 
 METHOD_ROWS = "\n".join(
     f"  {name:<10}{method.problem}\n{'':<12}{method.use}" for name, method in METHODS.items()
@@ -62,6 +67,10 @@ smallest breakaway) and 40 drawn plants, in steps over the travel, a short step 
 the steps of --scenario. The last lines are the worst value of each requirement. The exit code is 1
 if a requirement is not met; the controller is written in either case. After the default steps are
 passed, shorter steps are simulated; a line states whether they meet the specification.
+
+If the axis rings after stops (`ringing` of the model), the controller is also tested on plants of
+two inertias. The verdict is UNDECIDED (exit code 1) if one of them fails, or if the steps leave the
+side of a position on which the model is valid (`valid_side`).
 """
 
 
@@ -197,21 +206,39 @@ def command(
 
         save_text(plot, picture(result.trade, design_document.name) + "\n", inputs)
     played = None if test is None else play(test, result.controller)
+    doubts = None
+    if played is None or played.all_met:
+        doubts = _doubts(model_document, result.controller, test)
+        if played is not None and doubts is not None:
+            played = replace(played, decided=not doubts.reasons)
     if as_json:
         view = {
             **json_view(result, load_disturbance),
             "search": None if search is None else search.json(),
             "played": None if played is None else played.json(),
         }
+        if doubts is not None:
+            view["undecided"] = list(doubts.reasons)
+            view["notes"] += doubts.notes
         print_json("synth/1", view, output)
     else:
         if search is not None:
             say("\n".join(search.lines()), output)
         say(text(result, load_disturbance), output)
+        for line in [] if doubts is None else doubts.lines():
+            say(line, output)
         if played is not None:
             say("\n".join(played.lines(use_colour(output == STDOUT))), output)
-    if played is not None and not played.passed:
+    if (played is not None and not played.passed) or (doubts is not None and doubts.reasons):
         ctx.exit(EXIT_NO)
+
+
+def _doubts(model: Model, controller: Controller, test: DesignTest | None) -> Doubts | None:
+    if model.ringing is None and model.valid_side is None:
+        return None
+    from frictool.campaign.doubts import doubts_of  # loads the engine
+
+    return doubts_of(model, controller, test)
 
 
 def _check_options(

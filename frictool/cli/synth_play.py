@@ -26,19 +26,26 @@ class PlayedTest:
 
     compensated: True if the controller has a friction compensation.
     shorter: verdicts on shorter steps; None if none were simulated.
+    decided: False if the controller may fail because of effects that the model lacks.
     """
 
     test: DesignTest
     verdict: PlayedVerdict
     compensated: bool
     shorter: ShorterSteps | None
+    decided: bool = True
 
     @property
-    def passed(self) -> bool:
+    def all_met(self) -> bool:
         """Return True if every requirement is met with every simulated plant."""
         from frictool.campaign.views.played_view import all_met
 
         return all_met(self.verdict)
+
+    @property
+    def passed(self) -> bool:
+        """Return True if every requirement is met, and the model lacks no effect that matters."""
+        return self.decided and self.all_met
 
     def lines(self, colour: bool) -> list[str]:
         """Return one line per requirement, then the verdict."""
@@ -50,7 +57,9 @@ class PlayedTest:
         )
 
         test = self.test
-        *lines, headline = played_lines(self.verdict, test.names, test.about, test.steps, colour)
+        *lines, headline = played_lines(
+            self.verdict, test.names, test.about, test.steps, colour, self.decided
+        )
         lines += [rest_line(self.verdict)] if self.compensated else []
         if self.shorter is not None:
             text = shorter_text(self.shorter)
@@ -63,7 +72,7 @@ class PlayedTest:
         from frictool.campaign.views.played_view import played_json, shorter_json
 
         return {
-            **played_json(self.verdict, self.test.names, self.test.about),
+            **played_json(self.verdict, self.test.names, self.test.about, self.decided),
             "shorter_steps": None if self.shorter is None else shorter_json(self.shorter),
         }
 

@@ -36,13 +36,16 @@ bench has the controller's drive limit, winding and encoder, and the loop has th
 margin at every vertex of the model's intervals, also with the model's resonances and spring.
 Properties of the model that no margin covers are listed.
 
+If the axis rings after stops, the loop must also be stable and have the margin on plants of two
+inertias with this oscillation; otherwise the result is undecided.
+
 A proof.yaml of `frictool prove` is proved again from the documents in it; every stored value must
 follow from them.
 
 Exit codes: 0 everything holds; 1 there is no certificate, a stored property differs from the value
-that the coefficients give, a block was changed, or a condition of --model fails; 4 a bound is not
-proved, or a loop is unstable or violates the specified margin. For a proof: 0 the proof is
-confirmed; 1 a value differs, or a requirement is not proved.
+that the coefficients give, a block was changed, a condition of --model fails, or the result is
+undecided; 4 a bound is not proved, or a loop is unstable or violates the specified margin. For a
+proof: 0 the proof is confirmed; 1 a value differs, or a requirement is not proved.
 """
 
 

@@ -20,7 +20,7 @@ from frictool.documents.design_blocks import SmoothingSamples, refuse_overflowin
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis, StiffnessEstimate
-from frictool.documents.resonances import Resonances
+from frictool.documents.resonances import Oscillation, Resonances
 from frictool.documents.synthesis_methods import StoredMethod
 from frictool.runtime.object_view import ObjectView
 
@@ -543,6 +543,8 @@ class Controller(
     - `stiffness`: Stiffness of the spring in the model. Stability and the modulus margin at the
       vertices are verified without the spring and at both ends of the interval of the stiffness.
       Norms and certificate are valid without the spring.
+    - `ringing`: Oscillation of the axis after stops, which norms, margins and certificate do not
+      include. `verify` tests the loop with plants of two inertias that have this oscillation.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is replaced
       by its last valid value. After more invalid samples, the drive becomes 0 and the fault flag is
       set.
@@ -576,6 +578,7 @@ class Controller(
     schedule: Schedule | None = None
     resonances: Resonances | None = None
     stiffness: StiffnessEstimate | None = None
+    ringing: Oscillation | None = None
     measurement_hold_samples: HoldSamples = DEFAULT_HOLD_SAMPLES
 
     @property

@@ -6,21 +6,28 @@ import math
 from collections.abc import Iterator
 
 from frictool.documents.model import Model
+from frictool.documents.resonances import Oscillation
 
+KEY = "missing_effects"  # key of the texts, one a line, in the record `log` of a simulated log
 DIGITS = 3  # significant digits of the entry that the text suggests
 
 
 def missing_effects(model: Model) -> Iterator[str]:
     """Yield a warning for each effect that the logs of `model` show, but that it lacks."""
-    for missing in (missing_winding_lag, missing_ringing):
+    for missing in (missing_winding_lag, missing_ringing, missing_side):
         if text := missing(model):
             yield text
 
 
+def undeclared_ringing(model: Model) -> Oscillation | None:
+    """Return the oscillation after stops if the model has no resonance, else None."""
+    return model.ringing if model.resonances is None else None
+
+
 def missing_ringing(model: Model) -> str | None:
     """Return a warning if the model has no resonance, but its logs show one, else None."""
-    one = model.ringing
-    if one is None or model.resonances is not None:
+    one = undeclared_ringing(model)
+    if one is None:
         return None
     rates = (one.rad_s, *(one.interval_rad_s or (one.rad_s,)))
     value, *ends = (f"{rate / (2.0 * math.pi):.3g}" for rate in rates)
@@ -28,6 +35,14 @@ def missing_ringing(model: Model) -> str | None:
         f"after stops, the position rings at {value} Hz ({' to '.join(ends)} Hz); margins and "
         "simulations of this model ignore the compliance; test controllers on a mechanism with it"
     )
+
+
+def missing_side(model: Model) -> str | None:
+    """Return a warning if the model is valid on one side of a position only, else None."""
+    if model.valid_side is None:
+        return None
+    place = model.valid_side.place(model.axis)
+    return f"the model is valid {place} only; beyond, the logs show another load"
 
 
 def missing_winding_lag(model: Model) -> str | None:

@@ -21,6 +21,7 @@ from frictool.documents.quantity import (
     ViscousEstimate,
 )
 from frictool.documents.resonances import Oscillation, Resonances
+from frictool.documents.valid_side import ValidSide
 from frictool.runtime.object_view import ObjectView
 
 if TYPE_CHECKING:
@@ -93,6 +94,9 @@ class Model(
       these modes. A model with modes cannot be simulated as a single axis.
     - `ringing`: Oscillation of the position after stops in the logs. Its frequency is valid while
       the motor rests. Margins and simulations do not include this oscillation.
+      `synth` and `verify` test each controller with plants of two inertias that have it.
+    - `valid_side`: Side of a position on which the model is valid. On the other side, the logs show
+      another load.
     - `bench_values_only`: Reason why no parameter was identified (`identify --keep-bench-values`).
       Every parameter then has the value in bench.yaml, and `synth` does not accept the model.
     """
@@ -113,6 +117,7 @@ class Model(
     measurement: Measurement | None = None
     resonances: Resonances | None = None
     ringing: Oscillation | None = None
+    valid_side: ValidSide | None = None
     bench_values_only: str | None = None
 
     def plot(self) -> Figure:

@@ -30,6 +30,12 @@ class Oscillation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     damping: Annotated[float, msgspec.Meta(gt=-1, lt=1)]
     interval_rad_s: Ends | None = None
 
+    def scaled(self, factor: float) -> Oscillation:
+        """Return an oscillation with `factor` times the frequency and the same damping ratio."""
+        ends = self.interval_rad_s
+        scaled = None if ends is None else (factor * ends[0], factor * ends[1])
+        return Oscillation(factor * self.rad_s, self.damping, scaled)
+
 
 class Resonances(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Poles and zeros of the transfer function H of compliant links, with H(0) = 1.

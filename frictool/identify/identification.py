@@ -38,6 +38,7 @@ from frictool.identify.fit_warnings import (
     unstable_load_warnings,
 )
 from frictool.identify.interval_checks import NEVER_NEGATIVE, below_coulomb
+from frictool.identify.load_kink import LoadKink
 from frictool.identify.log_disagreement import pooling_warnings
 from frictool.identify.measurement_faults import commanded
 from frictool.identify.method_check import method_warnings
@@ -72,6 +73,7 @@ class Identification(Outcome):
       by parameter
     - notes: effects that the model lacks and the intervals include
     - over_rate: breakaway as a function of the ramp's rate; None without a table of breakaways
+    - kink: kink of the load, on one side of which the model is valid, or None
     """
 
     method: str
@@ -81,6 +83,7 @@ class Identification(Outcome):
     doubts: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     over_rate: BreakawayOverRate | None = None
+    kink: LoadKink | None = None
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
         """Return the identification with the breakaway of the table `over_rate`."""
@@ -200,6 +203,7 @@ def identify_records(
         ),
         doubts={name: texts[0] for name, texts in suspects.items() if texts and name in ordered},
         notes=() if wider is None else wider.notes(outcome.identified),
+        kink=logs.kink,
     )
     if PHYSICAL & outcome.identified.keys():
         return result

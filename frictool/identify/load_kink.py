@@ -28,7 +28,6 @@ windows are long enough that this noise, times the inertia, is well below the le
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -40,7 +39,8 @@ from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.documents.load_terms import LoadTerms
-from frictool.documents.quantity import si_unit
+from frictool.documents.quantity import Axis, Quantity, si_unit
+from frictool.documents.valid_side import ValidSide
 from frictool.identify.estimators.explanation_search import (
     FALSE_ALARM,
     ROWS_PER_WINDOW,
@@ -113,26 +113,26 @@ class LoadKink:
 
     def one_side(self, record: MotionRecord) -> MotionRecord | None:
         """Return the moving part of the record on the side of most samples; None without motion."""
-        kept = np.flatnonzero(self.on_side(record.position))
-        if kept.size == 0:
-            return None
-        part = record.part(kept)
-        breaks = (np.diff(part.piece, prepend=0) > 0) | (np.diff(kept, prepend=kept[0]) > 1)
-        part = replace(part, piece=np.cumsum(breaks))
-        return part if stroke_samples(part) > 0.0 else None
+        part = record.inside(self.on_side(record.position))
+        return part if part is not None and stroke_samples(part) > 0.0 else None
+
+    def valid_side(self, axis: Axis) -> ValidSide:
+        """Return the side of most samples, on which the model is valid."""
+        ends = self.position - self.margin, self.position + self.margin
+        position = Quantity(self.position, *ends, unit=si_unit("position", axis))
+        return ValidSide("above" if self.above else "below", position)
 
     def shown(self, bench: Bench) -> str:
         """Return text on the kink, and on the positions at which the model is valid."""
-        unit = si_unit("position", bench.axis)
-        also = f" ({math.degrees(self.position):.3g} deg)" if bench.axis == "rotary" else ""
         change = (
             f"the load changes by {abs(self.jump):.3g} {si_unit('effort', bench.axis)}"
             if self.jump
             else "the stiffness of the load changes by "
             f"{abs(self.bend):.3g} {si_unit('stiffness', bench.axis)}"
         )
-        side = "above" if self.above else "below"
-        return f"{change} at {self.position:.3g} {unit}{also}; the model is valid {side} it only"
+        one = self.valid_side(bench.axis)
+        place = one.place(bench.axis).removeprefix(f"{one.side} ")
+        return f"{change} at {place}; the model is valid {one.side} it only"
 
     def warning(self, bench: Bench) -> str:
         """Return the warning that names the kink and its possible causes."""

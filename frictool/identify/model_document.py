@@ -46,12 +46,14 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
         not_identified=dict(result.refused),
         fit=summary,
         laws=result.laws,
+        valid_side=None if result.kink is None else result.kink.valid_side(bench.axis),
     )
 
 
 def bench_model(refused: NothingIdentified, bench: Bench, provenance: Provenance) -> Model:
     """Return a model with the values in bench.yaml, and the reason why nothing was identified."""
-    model = model_of(replace(refused.result, identified={}, laws=None, fit=None), bench, provenance)
+    without = replace(refused.result, identified={}, laws=None, fit=None, kink=None)
+    model = model_of(without, bench, provenance)
     return with_fields(model, bench_values_only=str(refused))
 
 

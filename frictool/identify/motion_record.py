@@ -176,6 +176,18 @@ class MotionRecord:
             signals["servo"] = replace(self.servo, drive=drive)
         return replace(self, **signals, piece=piece - piece[0])
 
+    def inside(self, inside: NDArray[np.bool_]) -> MotionRecord | None:
+        """Return the record of the samples at which `inside` (n,) is True; None without samples.
+
+        A new gap-free part begins wherever samples are left out.
+        """
+        kept = np.flatnonzero(inside)
+        if kept.size == 0:
+            return None
+        part = self.part(kept)
+        breaks = (np.diff(part.piece, prepend=0) > 0) | (np.diff(kept, prepend=kept[0]) > 1)
+        return replace(part, piece=np.cumsum(breaks))
+
 
 def once_per_record(
     function: Callable[Concatenate[MotionRecord, P], R],

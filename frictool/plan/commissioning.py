@@ -320,12 +320,15 @@ def _designed(
     missing = [name for name in SLIDING if name not in known]
     unseen = f"; not identified, range of the bench: {', '.join(missing)}" if missing else ""
     left = narrowed_model(model) if narrow else model
-    refusal, steps, narrower = answer_of(left)
+    refusal, steps, narrower, doubt = answer_of(left)
     first = f", first {narrower}," if narrower else ""
     if not refusal:
         test, advice = _validation(bench_for_test(bench, model))
         on = f" in {steps}" if steps else ""
         why = f"`synth` meets this specification for every possible plant{on}; {advice}{unseen}"
+        if doubt:
+            why = f"undecided: {doubt}; {why}"
+            return PlanStep("validation", why, test, reached, left, exit_code=EXIT_NO)
         return PlanStep("validation", why, test, reached, left, enough=True)
     if not narrow and not answer_of(narrowed_model(model)).refusal:
         why = (

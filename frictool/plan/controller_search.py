@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from frictool.campaign.automatic_design import design_automatically
 from frictool.campaign.design_trial import design_test, untested_reason
+from frictool.campaign.doubts import doubts_of
 from frictool.campaign.shorter_steps import play_shorter_steps
 from frictool.campaign.views.played_view import shorter_text
 from frictool.campaign.views.search_view import narrower_words, refusal
@@ -23,11 +24,14 @@ class SearchAnswer(NamedTuple):
     - steps: steps in which the controller meets the specification, as text
     - narrower: range of one parameter with which a candidate meets the specification, as text; ""
       if none is known
+    - doubt: reason why the controller may fail on the axis, although it meets the specification on
+      the model; "" if there is none
     """
 
     refusal: str
     steps: str = ""
     narrower: str = ""
+    doubt: str = ""
 
 
 def search_answer(model: Model, spec: Spec, progress: Callable[[str], None]) -> SearchAnswer:
@@ -42,5 +46,8 @@ def search_answer(model: Model, spec: Spec, progress: Callable[[str], None]) -> 
         return SearchAnswer(str(error))
     if not found.passed:
         return SearchAnswer(refusal(found), narrower=narrower_words(found))
-    shorter = play_shorter_steps(test, CandidateControllers(model, spec)(found.design))
-    return SearchAnswer("", test.steps + ("" if shorter is None else f"; {shorter_text(shorter)}"))
+    controller = CandidateControllers(model, spec)(found.design)
+    shorter = play_shorter_steps(test, controller)
+    steps = test.steps + ("" if shorter is None else f"; {shorter_text(shorter)}")
+    doubt = next(iter(doubts_of(model, controller, test).reasons), "")
+    return SearchAnswer("", steps, doubt=doubt)

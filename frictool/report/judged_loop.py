@@ -28,10 +28,11 @@ RECORDED = "the plant of a recorded axis is not known"
 class JudgedLoop:
     """Closed loop of one controller with the plants that simulated logs describe.
 
-    `bench`: bench of recorded logs; None if it is the controller's bench.
+    `bench`: bench of recorded logs; None if it is the controller's bench. `doubt`: reason why the
+    margins may be wrong for every plant, or "".
     """
 
-    def __init__(self, controller: Controller, bench: Bench | None = None) -> None:
+    def __init__(self, controller: Controller, bench: Bench | None = None, doubt: str = "") -> None:
         self.controller = controller
         self._margins = PlantMargins(controller)
         self._bench = (
@@ -40,6 +41,7 @@ class JudgedLoop:
             else self._words(f"the bench {bench.name}", bench_differences(controller, bench))
         )
         self._beyond: dict[tuple[tuple[str, str], ...], str] = {}
+        self._doubt = doubt
 
     def margin(self, log: Log, topic: str) -> tuple[float | None, str]:
         """Return (modulus margin, "") for the plant of the stream `topic`, or (None, reason).
@@ -63,8 +65,11 @@ class JudgedLoop:
     def beyond(self, log: Log) -> str:
         """Return text on differences between a log's rig and the rig of the verification.
 
-        The text is empty if the rigs agree or the log's rig is unknown.
+        The text is empty if the rigs agree or the log's rig is unknown, and there is no doubt.
         """
+        return "; ".join(one for one in (self._different(log), self._doubt) if one)
+
+    def _different(self, log: Log) -> str:
         if not _simulated(log):
             return self._bench
         rig, record = log.metadata.get(FACTS, {}), log.metadata.get(INTERVALS, {})

@@ -15,6 +15,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.digests import changed_words
 from frictool.documents.example_values import examples_words
 from frictool.documents.metric_table import REQUIREMENTS
+from frictool.documents.missing_effects import KEY as MISSING
 from frictool.documents.presliding import KEY as PRESLIDING
 from frictool.documents.presliding import presliding_words
 from frictool.documents.spec import Spec
@@ -116,19 +117,25 @@ def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:
     from frictool.report.judged_loop import (
         JudgedLoop,  # imported here, because a log without a controller does not need it
     )
+    from frictool.verify.ringing_loop import ringing_doubt
 
-    return JudgedLoop(controller, bench)
+    return JudgedLoop(controller, bench, ringing_doubt(controller))
 
 
 class RunJudge:
     """Judge of the simulated plants of one controller.
 
     The modulus margin is computed with the simulated plant, not with the controller's vertices.
-    `records`: metadata of a simulated log, with the rig and the intervals of the plant.
+    `records`: metadata of a simulated log, with the rig and the intervals of the plant. `doubt`:
+    reason why the margins may be wrong for every plant, or "".
     """
 
     def __init__(
-        self, spec: Spec, controller: Controller, records: Mapping[str, dict[str, str]]
+        self,
+        spec: Spec,
+        controller: Controller,
+        records: Mapping[str, dict[str, str]],
+        doubt: str = "",
     ) -> None:
         from frictool.report.judged_loop import JudgedLoop, unstated_words
         from frictool.report.run_metrics import RunMetrics
@@ -141,7 +148,7 @@ class RunJudge:
         self._of_run = RunMetrics(spec, self._rig)
         self._loop = None
         if spec.modulus_margin is not None:
-            self._loop = JudgedLoop(controller)
+            self._loop = JudgedLoop(controller, doubt=doubt)
             self._beyond = self._loop.beyond(of_run)
             self._unstated = unstated_words(of_run)
 
@@ -212,6 +219,11 @@ def _simulated_models(logs: Sequence[Log]) -> list[str]:
             (PRESLIDING, presliding_words),
         )
         if key in one
+    ]
+    notes += [
+        f"the model {one.get('model', '')}: {text}"
+        for one in records
+        for text in one.get(MISSING, "").splitlines()
     ]
     return list(dict.fromkeys(notes))
 

@@ -28,6 +28,7 @@ from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents import bench_values
 from frictool.documents.controller import Controller, ProgramNumber
+from frictool.documents.missing_effects import KEY as MISSING
 from frictool.documents.model import Model
 from frictool.documents.presliding import KEY as PRESLIDING
 from frictool.documents.presliding import presliding_words
@@ -216,6 +217,8 @@ class StepTest(Generic[V]):
         if rig.presliding:
             about[PRESLIDING] = rig.presliding
             warnings.append(presliding_words(self.names.model, rig.presliding))
+        if rig.missing:
+            about[MISSING] = "\n".join(rig.missing)
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
         kept = {"bench": self.plant.rig.examples, "scenario": scenario.examples}
         examples = {name: ", ".join(keys) for name, keys in kept.items() if keys}

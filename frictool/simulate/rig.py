@@ -8,6 +8,7 @@ from typing import Literal
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import FrictionOverTemperature
+from frictool.documents.missing_effects import missing_effects
 from frictool.documents.model import Model
 from frictool.documents.quantity import Axis, Span
 from frictool.verify.rig_facts import facts_of
@@ -24,6 +25,7 @@ class Rig:
     - examples: keys of the bench that still have the example values of `frictool init`
     - bench_values_only: reason why no parameter of the model was identified, or empty
     - presliding: name of the model's presliding law, or empty
+    - missing: warnings about effects that the model lacks
     - temperature: dependence of the friction on the temperature; None if the model states none
     """
 
@@ -37,6 +39,7 @@ class Rig:
     examples: tuple[str, ...] = ()
     bench_values_only: str = ""
     presliding: str = ""
+    missing: tuple[str, ...] = ()
     temperature: FrictionOverTemperature | None = None
 
     @property
@@ -74,5 +77,6 @@ def rig_of(bench: Bench, model: Model | None = None) -> Rig:
         examples=bench.examples,
         bench_values_only=(None if model is None else model.bench_values_only) or "",
         presliding="" if model is None or model.presliding is None else model.presliding.law,
+        missing=() if model is None else tuple(missing_effects(model)),
         temperature=None if laws is None else laws.temperature,
     )

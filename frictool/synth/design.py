@@ -13,6 +13,7 @@ from frictool.documents import controller as stored
 from frictool.documents.certificate import Box, Certificate
 from frictool.documents.design import Design
 from frictool.documents.digests import with_digests
+from frictool.documents.missing_effects import undeclared_ringing
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
@@ -311,6 +312,7 @@ def controller_document(
         provenance=provenance,
         resonances=posed.model.resonances,
         stiffness=stiffness_of(posed.model),
+        ringing=undeclared_ringing(posed.model),
         measurement_hold_samples=design.measurement_hold_samples,
     )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.controller import Controller
+from frictool.documents.missing_effects import undeclared_ringing
 from frictool.documents.model import Model
 from frictool.errors import FrictoolError
 from frictool.plant.polytope import PlantPoint, corner_points
@@ -13,6 +14,7 @@ from frictool.presentation.tie_rule import smallest
 from frictool.verify.certified_intervals import model_differences
 from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.resonant_loop import ResonantCheck, resonant_check
+from frictool.verify.ringing_loop import RingingCheck, ringing_check
 from frictool.verify.spring_loop import SpringCheck, spring_check
 
 
@@ -27,6 +29,7 @@ class ModelCheck:
     - specified: specified modulus margin
     - resonant: margin with the model's resonances; None if the model has no resonances
     - sprung: margin with the model's spring; None if the model has no spring
+    - ringing: margin on plants of two inertias; None without an undeclared `ringing`
     - outside_margins: names of the model's nonlinear effects, which no margin takes into account
     """
 
@@ -37,13 +40,15 @@ class ModelCheck:
     plants: int
     resonant: ResonantCheck | None
     sprung: SpringCheck | None
+    ringing: RingingCheck | None
     outside_margins: tuple[str, ...]
 
     @property
     def holds(self) -> bool:
-        """Return True if `beyond` is empty and all margins are at least the specified margin."""
+        """Return True if `beyond` is empty and all margins are at least the required margin."""
         parts = [part.modulus_margin for part in (self.resonant, self.sprung) if part is not None]
-        return not self.beyond and min([self.margin, *parts]) >= self.specified
+        shown = self.ringing is None or self.ringing.shown
+        return shown and not self.beyond and min([self.margin, *parts]) >= self.specified
 
 
 def check_model(controller: Controller, model: Model) -> ModelCheck:
@@ -90,6 +95,7 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
         axis = lag, controller.delay_samples
         loops = feedbacks_of(controller)
         sprung = spring_check(loops, points, axis, load.stiffness, model.resonances)
+    oscillation = undeclared_ringing(model)
     return ModelCheck(
         model_differences(controller, model),
         margin,
@@ -98,6 +104,7 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
         len(points),
         resonant,
         sprung,
+        None if oscillation is None else ringing_check(controller, points, oscillation),
         outside_margins(model),
     )
 

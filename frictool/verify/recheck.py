@@ -29,7 +29,9 @@ from frictool.verify.loop_values import (
 from frictool.verify.model_check import ModelCheck, check_model
 from frictool.verify.proved_bound import ProvedBound
 from frictool.verify.rest_proof import prove_rest
+from frictool.verify.ringing_loop import RingingCheck, ringing_check
 from frictool.verify.scheduled_loop import scheduled_figures
+from frictool.verify.vertices import vertex_points
 
 # Relative differences that rounding on another processor may cause; figures without an entry here
 # agree within TOLERANCE.
@@ -60,6 +62,8 @@ class Verification(ResultView):
     - differences: stored values that differ from the computed values
     - changed: blocks that were changed after the verification
     - not_computed: stored values that `verify` cannot compute, by their keys
+    - ringing: margin on plants of two inertias; None if the document has no `ringing`, or if the
+      model check contains it
     """
 
     controller: Controller
@@ -68,6 +72,7 @@ class Verification(ResultView):
     differences: tuple[FigureDifference, ...]
     changed: tuple[str, ...]
     not_computed: dict[str, float]
+    ringing: RingingCheck | None = None
 
     @property
     def unaltered(self) -> bool:
@@ -76,8 +81,14 @@ class Verification(ResultView):
 
     @property
     def holds(self) -> bool:
-        """Return True if a bound is proved, `unaltered` is True, and the model check passes."""
-        return bool(self.proved) and self.unaltered and (self.model is None or self.model.holds)
+        """Return True if a bound is proved, `unaltered` is True, and all checks pass."""
+        shown = self.ringing is None or self.ringing.shown
+        return (
+            bool(self.proved)
+            and self.unaltered
+            and shown
+            and (self.model is None or self.model.holds)
+        )
 
 
 def verify(controller: Controller, model: Model | None = None) -> Verification:
@@ -113,6 +124,9 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
     proved = () if certificate is None else prove_document(controller, certificate)
     check_document(controller)
     differences = (*_differences(controller), *_contradicted_bounds(controller.verified))
+    ringing = None
+    if controller.ringing is not None and (checked is None or checked.ringing is None):
+        ringing = ringing_check(controller, vertex_points(controller), controller.ringing)
     return Verification(
         controller,
         checked,
@@ -120,6 +134,7 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
         differences,
         changed_blocks(controller),
         uncomputed_figures(controller.verified),
+        ringing,
     )
 
 

@@ -13,6 +13,7 @@ from frictool.verify.model_check import ModelCheck
 from frictool.verify.proved_bound import ProvedBound
 from frictool.verify.recheck import Verification
 from frictool.verify.rest_view import rest_lines
+from frictool.verify.ringing_loop import RingingCheck
 
 NAMES = ("inertia", "viscous", "coulomb", "constant")
 MOST_LINES = 12  # differences that the text lists
@@ -48,6 +49,7 @@ def json_view(verification: Verification) -> dict[str, Any]:
         "changed": list(verification.changed),
         "not_computed": verification.not_computed,
         "model": None if checked is None else _model_json(checked),
+        **ringing_json(verification.ringing),
     }
 
 
@@ -63,12 +65,44 @@ def _model_json(checked: ModelCheck) -> dict[str, Any]:
         "at": {name: getattr(checked.plant, name) for name in NAMES},
         "plants": checked.plants,
         "outside_margins": list(checked.outside_margins),
+        **ringing_json(checked.ringing),
+    }
+
+
+def ringing_json(rings: RingingCheck | None) -> dict[str, Any]:
+    """Return the margin on plants of two inertias as JSON values; {} without a check."""
+    if rings is None:
+        return {}
+    return {
+        "ringing": {
+            "rad_s": rings.plant.oscillation.rad_s,
+            "plant": rings.plant.name,
+            "modulus_margin": rings.modulus_margin,
+            "shown": rings.shown,
+        }
     }
 
 
 def lines(verification: Verification) -> list[str]:
     """Return the result of `verify` as lines of text."""
-    return [*_proved(verification), *_computed(verification), *_model(verification)]
+    checked = verification.model
+    rings = verification.ringing if checked is None else checked.ringing or verification.ringing
+    return [
+        *_proved(verification),
+        *_computed(verification),
+        *_model(verification),
+        *([] if rings is None else [ringing_line(rings)]),
+    ]
+
+
+def ringing_line(rings: RingingCheck) -> str:
+    """Return a line on the margin of an axis that rings after its stops."""
+    if rings.doubt:
+        return f"undecided: {rings.doubt}"
+    return (
+        f"on plants of two inertias with the ringing: stable, modulus margin at least "
+        f"{rings.modulus_margin:.3f} ({rings.plant.name})"
+    )
 
 
 def _proved(verification: Verification) -> list[str]:

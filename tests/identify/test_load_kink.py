@@ -4,19 +4,30 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws, Load
+from frictool.documents.model import Model, Parameters
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Estimate, Quantity, si_unit
+from frictool.documents.registry import load
+from frictool.documents.valid_side import ValidSide
 from frictool.identify.estimators.explanation_search import search_explanations
 from frictool.identify.identification import Identification, identify_records
 from frictool.identify.load_kink import LoadKink, load_kink
 from frictool.identify.methods import IdentificationSettings
+from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.identify.validate.validation import validate
+from frictool.logs.log import Log, Stream
 from frictool.typing import Vector
 from tests.support.linear_axis import PERIOD
-from tests.support.loaded_axis import COUNT, rotary_bench
+from tests.support.loaded_axis import BENCH, COUNT, rotary_bench
 
 SETTINGS = IdentificationSettings()
 TRAVEL = 1.5  # rad
@@ -71,6 +82,10 @@ def test_the_model_holds_on_the_larger_side_of_a_jump(seed: int, knot: float, ju
     assert ("above" if knot < 0.5 * TRAVEL else "below") in warning
     assert len(warning) <= 190
     assert result.refused["load"] in warning
+    side = model_of(result, rotary_bench(None), Provenance("test", "0")).valid_side
+    assert side is not None
+    assert side.side in warning
+    assert side.of.interval[0] <= knot <= side.of.interval[1]
     assert result.laws is not None
     assert result.laws.load is not None
     stiffness = result.laws.load.stiffness
@@ -127,6 +142,46 @@ def test_a_declared_load_does_not_hide_a_jump() -> None:
     kink = searched(recorded(6, limp_home(0.4, 10.0)), bench)
     assert kink is not None
     assert kink.jump == pytest.approx(10.0, rel=0.03)
+
+
+def test_validate_judges_the_valid_side_only(tmp_path: Path) -> None:
+    """The other side neither contradicts the model nor hides a wrong friction on the valid side."""
+    (tmp_path / "bench.yaml").write_text(BENCH)
+    bench = load(tmp_path / "bench.yaml", Bench)
+    one = {
+        name: Estimate(value, unit=si_unit(dimension, "rotary"), source="identified")
+        for (name, value), dimension in zip(
+            TRUTH.items(), ("inertia", "viscous", "effort", "effort"), strict=True
+        )
+    }
+    parameters = Parameters(**one, breakaway=one["coulomb"])
+    spring = Estimate(4.0, unit="N m/rad", source="identified")
+    knot = Quantity(0.4, 0.39, 0.41, "rad")
+    origin = Provenance("test", "0")
+    model = Model(
+        "model/1", "arm", "rotary", "coulomb", "auto", 0.95, bench, parameters, origin,
+        laws=Laws(load=Load(stiffness=spring)), valid_side=ValidSide("above", knot),
+    )  # fmt: skip
+    log = log_of(recorded(8, limp_home(0.4, 25.0)))
+    judgement = validate(model, log).judgement
+    assert judgement.holds
+    assert judgement.error is not None
+    assert judgement.error < 0.03
+    whole = validate(msgspec.structs.replace(model, valid_side=None), log).judgement
+    assert whole.holds is False
+    other = ValidSide("below", knot)
+    beyond = validate(msgspec.structs.replace(model, valid_side=other), log).judgement
+    assert beyond.holds is None
+    assert "where the model is valid" in beyond.line
+    heavy = msgspec.structs.replace(one["inertia"], value=1.5 * TRUTH["inertia"])
+    wrong = msgspec.structs.replace(parameters, inertia=heavy)
+    assert validate(msgspec.structs.replace(model, parameters=wrong), log).judgement.holds is False
+
+
+def log_of(record: MotionRecord) -> Log:
+    signals = {"position": record.position, "effort": record.effort}
+    units = {"position": "rad", "effort": "N m"}
+    return Log((Stream("/axis", record.time, signals, units),), {}, "strokes")
 
 
 def test_one_side_has_no_sample_of_the_other() -> None:

@@ -37,6 +37,7 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     - a model whose parameters were not identified,
     - a model with a presliding law,
     - a scenario with a temperature,
+    - effects that the model lacks,
     - documents with example values.
     """
     plant = plant_of(setting.plant)
@@ -51,6 +52,7 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
         bench_values_words(f"the model {plant.name}", reason) if reason else "",
         temperature_words(f"the model {plant.name}", warmth) if warmth else "",
         presliding_words(f"the model {plant.name}", law) if law else "",
+        *(f"the model {plant.name}: {text}" for text in plant.rig.missing),
         examples_words(
             {"spec": setting.spec.examples, "bench": bench, "scenario": setting.scenario.examples}
         ),

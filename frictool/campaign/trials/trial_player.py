@@ -28,6 +28,7 @@ from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.mechanism_plant import MechanismPlant
 from frictool.simulate.simulated_plant import SimulatedPlant
 from frictool.typing import Vector
+from frictool.verify.ringing_loop import ringing_doubt
 
 
 class CampaignSetting(NamedTuple):
@@ -64,7 +65,12 @@ class ScenarioJudge:
     @cached_property
     def _judge(self) -> RunJudge:
         records = self.test.rig_records(self.setting.scenario)
-        return RunJudge(self.setting.spec, self.setting.controller, records)
+        return RunJudge(self.setting.spec, self.setting.controller, records, self._doubt)
+
+    @property
+    def _doubt(self) -> str:
+        """Return the reason why the margins may be wrong for every plant; here always ""."""
+        return ""
 
     def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
         """Simulate a scenario; return the judged requirements in the order of the specification."""
@@ -105,6 +111,10 @@ class TrialPlayer(ScenarioJudge):
     def __init__(self, setting: CampaignSetting, space: FactorSpace, seed: int) -> None:
         super().__init__(setting)
         self.space, self.seed = space, seed
+
+    @property
+    def _doubt(self) -> str:
+        return ringing_doubt(self.setting.controller)
 
     def __getstate__(self) -> dict[str, Any]:
         return {

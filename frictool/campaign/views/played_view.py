@@ -13,17 +13,24 @@ from frictool.campaign.trials.controller_judge import PlayedRequirement, PlayedV
 from frictool.documents.metric_table import REQUIREMENTS, requirement_title
 
 COLOURS = {True: "green", False: "red", None: "yellow"}
+STATES = {True: "PASS", False: "FAIL", None: "UNDECIDED"}
 OUTCOMES = {True: "MET", False: "NOT MET", None: "UNDECIDED"}
 
 
 def played_lines(
-    verdict: PlayedVerdict, plants: Sequence[str], scenario: str, steps: str, colour: bool = False
+    verdict: PlayedVerdict,
+    plants: Sequence[str],
+    scenario: str,
+    steps: str,
+    colour: bool = False,
+    decided: bool = True,
 ) -> list[str]:
     """Return lines: scenario, requirements with their worst plants, failed simulations, verdict.
 
     `plants`: names of the plants by index.
     `scenario`: description of the scenario.
     `steps`: text on the lengths of the scenario's steps, or "".
+    `decided`: False if a met requirement may be violated by effects that the plants lack.
     """
     many = f"{len(plants)} plant{'s' if len(plants) > 1 else ''}"
     met, broken, undecided = (
@@ -34,12 +41,13 @@ def played_lines(
     parts += [f"{undecided} undecided"] if undecided else []
     counted = "" if all_met(verdict) else f"; {meeting(verdict)} of {many} meet them all"
     where = f"on {many} in {steps}" if steps else f"on {many}"
-    headline = f"{'PASS' if all_met(verdict) else 'FAIL'}: {', '.join(parts)}, {where}{counted}"
+    passed = (decided or None) if all_met(verdict) else False
+    headline = f"{STATES[passed]}: {', '.join(parts)}, {where}{counted}"
     return [
         f"played: {scenario}",
         *(_line(one, plants, colour) for one in verdict.requirements),
         *(f"{plants[index]}: {reason}" for index, reason in verdict.failed.items()),
-        click.style(headline, fg=COLOURS[all_met(verdict)], bold=True) if colour else headline,
+        click.style(headline, fg=COLOURS[passed], bold=True) if colour else headline,
     ]
 
 
@@ -71,11 +79,13 @@ def meeting(verdict: PlayedVerdict) -> int:
     return int((verdict.met == 1).all(axis=1).sum())
 
 
-def played_json(verdict: PlayedVerdict, plants: Sequence[str], scenario: str) -> dict[str, Any]:
-    """Return the verdict as JSON values."""
+def played_json(
+    verdict: PlayedVerdict, plants: Sequence[str], scenario: str, decided: bool = True
+) -> dict[str, Any]:
+    """Return the verdict as JSON values; `decided` as in `played_lines`."""
     return {
         "scenario": scenario,
-        "passed": all_met(verdict),
+        "passed": decided and all_met(verdict),
         "plants": len(plants),
         "plants_that_meet_all": meeting(verdict),
         **_judged_json(verdict, plants),

@@ -36,7 +36,7 @@ error above the limit therefore decides nothing.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
@@ -57,6 +57,7 @@ from frictool.identify.rows.smoothing import (
 )
 from frictool.typing import Vector
 
+LEAST_VALID = 0.5  # least share of a log on the valid side of the model
 EXPLAINS_NOTHING = 1.0  # force error of a model without any effort
 GRID_POINTS = 1001  # positions at which the load over the travel is evaluated
 
@@ -178,6 +179,27 @@ def judged_positions(
         advice = "look at --page, and add this log to identify"
         return Judgement(False, error, limit, f"this log contradicts the model: {shown}", advice)
     return Judgement(True, error, limit, f"the model reproduces this log: {shown}")
+
+
+def judged_on_side(judgement: Judgement, place: str, inside: float) -> Judgement:
+    """Return the judgement of a model that is valid on one side of a position only.
+
+    Parameters
+    ----------
+    judgement
+        Judgement of the part of the log on this side.
+    place
+        Valid positions in words.
+    inside
+        Share of the log on this side, 0 to 1. Below LEAST_VALID, the answer is undecided.
+    """
+    share = f"{100.0 * inside:.3g} % of the log"
+    if inside == 1.0:
+        return judgement
+    if inside < LEAST_VALID:
+        line = f"undecided: only {share} is {place}, where the model is valid"
+        return replace(judgement, holds=None, line=line, advice="validate on a log of this side")
+    return replace(judgement, line=f"{judgement.line}; judged {place} only, {share}")
 
 
 def _noise(values: Values, record: MotionRecord, rows: SlipRows) -> float:

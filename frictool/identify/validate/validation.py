@@ -4,6 +4,9 @@ In an open loop, the measured effort drives the model. In a closed loop, the ben
 drives the model along the measured reference, and the effort of the controller has an error, too.
 If the bench has a servo, the servo's firmware drives the model along the logged goal.
 
+If the model is valid on one side of a position only (`valid_side`), the part of the log on this
+side is compared. It is simulated from each entry into this side, with the measured speed.
+
 If the friction of the model depends on temperature and the log contains a temperature, the friction
 is computed for the log's mean temperature.
 
@@ -18,7 +21,7 @@ that certainly slip.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -43,9 +46,11 @@ from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.identify.rows.load_terms import load_values
 from frictool.identify.rows.segments import RecordSegment, whole
 from frictool.identify.validate.judgement import (
+    LEAST_VALID,
     Judgement,
     SimulatedMotion,
     judged_force,
+    judged_on_side,
     judged_positions,
 )
 from frictool.logs.channels.bench_match import match_bench
@@ -190,6 +195,14 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
             "the bench has a servo, whose firmware is the controller; leave the gains out",
         )
     _check(record, request)
+    side = model.valid_side
+    inside = None
+    if side is not None:
+        valid = side.sign * (record.position - side.bound) > 0.0
+        inside = float(np.mean(valid))
+        part = record.inside(valid)
+        if LEAST_VALID <= inside < 1.0 and part is not None:
+            record, request = part, replace(request, moving=True)
     pieces = _pieces(record, skip)
     cutoff = min(request.cutoff_hz, HIGHEST_CUTOFF / record.period)
     rows = slip_rows(record, model.bench)
@@ -212,6 +225,8 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
         judgement = judged_force(model, parameter_values(model), record, rows, error, motion)
     else:
         judgement = judged_positions(record, goal, *signals["position"])
+    if side is not None and inside is not None:
+        judgement = judged_on_side(judgement, side.place(model.axis), inside)
     return _compared(model.axis, request, signals, pieces, judgement)
 
 

@@ -1,0 +1,125 @@
+"""Reasons why a controller that passes its test on a model may fail on the axis.
+
+- The axis rings after its stops, but the model is rigid. The loops must also be stable, with the
+  specified margin, on plants of two inertias (verify/ringing_loop.py). With the nominal parameters,
+  these plants must meet the specification in the steps of the test.
+- The model is valid on one side of a position only, but the steps leave this side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from msgspec import structs
+
+from frictool.adapters.two_inertias import TwoInertias, two_inertias
+from frictool.campaign.design_trial import DesignTest
+from frictool.campaign.trials.controller_judge import ControllerJudge
+from frictool.documents.controller import Controller
+from frictool.documents.metric_table import requirement_title
+from frictool.documents.missing_effects import undeclared_ringing
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.documents.resonances import Oscillation
+from frictool.documents.spec import Spec
+from frictool.verify.ringing_loop import SLOWER, doubt_words, ringing_check
+from frictool.verify.verification_view import ringing_line
+from frictool.verify.vertices import vertex_points
+
+
+@dataclass(frozen=True)
+class Doubts:
+    """Effects that a model lacks, and their consequence for a controller.
+
+    - reasons: reasons why the controller may fail on the axis; without a reason, the verdict of the
+      test is valid
+    - notes: lines on effects that the controller tolerates
+    """
+
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def lines(self) -> list[str]:
+        """Return one line for each note and for each reason."""
+        return [*self.notes, *(f"undecided: {reason}" for reason in self.reasons)]
+
+
+def doubts_of(model: Model, controller: Controller, test: DesignTest | None) -> Doubts:
+    """Return the reasons why a controller may fail on the axis of a model.
+
+    test: test that the controller passes on the model; None if it was not simulated.
+    """
+    found = []
+    oscillation = undeclared_ringing(model)
+    if oscillation is not None:
+        found.append(_of_ringing(controller, oscillation, test))
+    if model.valid_side is not None:
+        found.append(_of_side(model, controller, test))
+    return Doubts(
+        tuple(reason for reason, _ in found if reason), tuple(note for _, note in found if note)
+    )
+
+
+def slower_factor(controller: Controller, test: DesignTest) -> float | None:
+    """Return the factor by which a loop must be slower to tolerate the ringing of its axis.
+
+    The factor is 1 if the loop tolerates it, and None if no factor is known.
+    """
+    oscillation = undeclared_ringing(test.model)
+    if oscillation is None:
+        return 1.0
+    check = ringing_check(controller, vertex_points(controller), oscillation)
+    if check.shown and _failed(controller, oscillation, test):
+        return SLOWER[0]
+    return check.slower
+
+
+def _of_ringing(
+    controller: Controller, oscillation: Oscillation, test: DesignTest | None
+) -> tuple[str, str]:
+    check = ringing_check(controller, vertex_points(controller), oscillation)
+    if check.doubt:
+        return check.doubt, ""
+    note = ringing_line(check)
+    if test is None:
+        return "", note
+    if failed := _failed(controller, oscillation, test):
+        return failed, ""
+    return "", f"{note}; the steps meet the specification on these plants, too"
+
+
+def _failed(controller: Controller, oscillation: Oscillation, test: DesignTest) -> str:
+    """Return the reason why a plant of two inertias fails in the steps; "" if none fails."""
+    # a mechanism has no margin; `ringing_check` contains the margin
+    spec = structs.replace(test.spec, modulus_margin=None)
+    for plant in two_inertias(oscillation):
+        if failure := _failure(test, spec, controller, plant):
+            return doubt_words(plant, failure)
+    return ""
+
+
+def _failure(test: DesignTest, spec: Spec, controller: Controller, plant: TwoInertias) -> str:
+    """Return what `plant` does not meet in the steps of the test; "" if it meets all."""
+    scenario = structs.replace(test.scenario, given={})
+    judge = ControllerJudge(plant.mechanism(test.model), scenario, spec, [{}])
+    verdict = judge(controller)
+    missed = (one.metric.name for one in verdict.requirements if not one.met)
+    return next(
+        (f"{requirement_title(name)} is not met" for name in missed),
+        next(iter(verdict.failed.values()), ""),
+    )
+
+
+def _of_side(model: Model, controller: Controller, test: DesignTest | None) -> tuple[str, str]:
+    side = model.valid_side
+    assert side is not None
+    place = side.place(model.axis)
+    if test is not None:
+        low, high = test.judge.reference_range(controller)
+        if not side.contains(low, high):
+            unit = si_unit("position", model.axis)
+            return (
+                f"the model is valid {place} only, but the steps reach from {low:.4g} to "
+                f"{high:.4g} {unit}; pass steps on this side (--scenario), or log the other side"
+            ), ""
+    return "", f"valid {place} only; beyond, the logs show another load"

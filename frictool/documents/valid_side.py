@@ -1,0 +1,40 @@
+"""`valid_side` of `model.yaml`: the side of a position on which a model is valid."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import msgspec
+
+from frictool.documents.quantity import Axis, Position
+
+
+class ValidSide(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Side of a position on which the model is valid; on the other side, the load differs.
+
+    - `side`: Side on which the model is valid.
+    - `of`: Position at which the load changes, with its interval.
+    """
+
+    side: Literal["above", "below"]
+    of: Position
+
+    @property
+    def sign(self) -> float:
+        """Return 1 if the model is valid above the position, -1 if it is valid below."""
+        return 1.0 if self.side == "above" else -1.0
+
+    @property
+    def bound(self) -> float:
+        """Return the end of the interval [rad | m] beyond which the model is certainly valid."""
+        return self.of.interval[1 if self.side == "above" else 0]
+
+    def contains(self, low: float, high: float) -> bool:
+        """Return True if the model is certainly valid from `low` to `high` [rad | m]."""
+        return self.sign * (low - self.bound) > 0.0 and self.sign * (high - self.bound) > 0.0
+
+    def place(self, axis: Axis) -> str:
+        """Return the valid positions in words, such as `above 0.4 rad (22.9 deg)`."""
+        also = f" ({math.degrees(self.of.value):.3g} deg)" if axis == "rotary" else ""
+        return f"{self.side} {self.of.value:.3g} {self.of.unit}{also}"

@@ -1,0 +1,118 @@
+"""Check of loops with an axis that rings after its stops, on plants of two inertias.
+
+The rigid model does not determine the ratio of the two inertias, nor the body with the encoder. The
+loops are checked with each plant of `adapters/two_inertias.py`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from frictool.adapters.two_inertias import TwoInertias, two_inertias
+from frictool.documents.controller import Controller
+from frictool.documents.resonances import Oscillation
+from frictool.plant.polytope import PlantPoint
+from frictool.presentation.tie_rule import smallest
+from frictool.verify.feedback_loops import feedbacks_of
+from frictool.verify.loop_values import delays_checked
+from frictool.verify.resonant_loop import resonant_check
+from frictool.verify.speed_loop import is_required
+from frictool.verify.vertices import vertex_points
+
+SLOWER = (2.0, 4.0, 8.0, 16.0)  # tried ratios of the loop's time constants to the present ones
+
+
+@dataclass(frozen=True)
+class RingingCheck:
+    """Smallest modulus margin of the loops on plants of two inertias, 0 if a loop is unstable.
+
+    - plant: plant with the smallest margin
+    - required: required margin
+    - slower: factor by which a loop of this shape must be slower to be `shown`; 1 if it is `shown`,
+      None if the largest of SLOWER does not suffice
+    """
+
+    plant: TwoInertias
+    modulus_margin: float
+    required: float
+    slower: float | None = 1.0
+
+    @property
+    def shown(self) -> bool:
+        """Return True if the loops are stable and have the required margin on every plant."""
+        return self.modulus_margin > 0.0 and self.modulus_margin >= self.required
+
+    @property
+    def doubt(self) -> str:
+        """Return the reason why the loops may fail on the axis; "" if they are `shown`."""
+        if self.shown:
+            return ""
+        if self.modulus_margin == 0.0:
+            return doubt_words(self.plant, "the loop is unstable", self.slower)
+        margin = f"modulus margin {self.modulus_margin:.3g} < {self.required:g}"
+        return doubt_words(self.plant, margin, self.slower)
+
+
+def doubt_words(plant: TwoInertias, failure: str, slower: float | None = None) -> str:
+    """Return the reason why a controller may fail on an axis that rings after its stops.
+
+    failure: what fails on `plant`. slower: factor of `RingingCheck`, or None if it is unknown.
+    """
+    hertz = plant.oscillation.rad_s / (2.0 * math.pi)
+    times = "" if slower is None else f" {slower:g} times"
+    return (
+        f"the axis rings at {hertz:.3g} Hz; with {plant.name}, {failure}; slow the loop{times}, or "
+        "model the compliance (frictool reduce)"
+    )
+
+
+def ringing_doubt(controller: Controller) -> str:
+    """Return the reason why the margins at the vertices may be wrong; "" if they are not."""
+    if controller.ringing is None:
+        return ""
+    return ringing_check(controller, vertex_points(controller), controller.ringing).doubt
+
+
+def ringing_check(
+    controller: Controller, points: Sequence[PlantPoint], oscillation: Oscillation
+) -> RingingCheck:
+    """Return the smallest margin of a controller's loops on plants of two inertias.
+
+    points: total inertia and other parameters of the plants. oscillation: oscillation of the axis
+    after its stops. The delays are those of the check without the oscillation; a margin is required
+    at the bench's delay only.
+
+    A slower loop with this oscillation has, apart from the delay, the margins of the present loop
+    with a faster oscillation.
+    """
+    checks = [*_checks(controller, points, oscillation)]
+    worst = checks[smallest(_reserves(checks))[1]]
+    if worst.shown:
+        return worst
+    tried = ((factor, oscillation.scaled(factor)) for factor in SLOWER)
+    shown = (
+        factor
+        for factor, faster in tried
+        if all(one.shown for one in _checks(controller, points, faster))
+    )
+    return replace(worst, slower=next(shown, None))
+
+
+def _checks(
+    controller: Controller, points: Sequence[PlantPoint], oscillation: Oscillation
+) -> Iterator[RingingCheck]:
+    loops = feedbacks_of(controller)
+    lag = controller.bench.actuator.loop_time_constant_s
+    specified = controller.verified.modulus_margin_specified
+    for plant in two_inertias(oscillation):
+        for samples in delays_checked(controller.delay_samples):
+            if is_required(samples, controller.delay_samples):
+                check = resonant_check(loops, points, lag, samples, plant.resonances())
+                required = specified if samples == controller.delay_samples else 0.0
+                yield RingingCheck(plant, check.modulus_margin, required)
+
+
+def _reserves(checks: Sequence[RingingCheck]) -> list[float]:
+    return [one.modulus_margin - one.required if one.modulus_margin else -1.0 for one in checks]

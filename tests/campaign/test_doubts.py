@@ -1,0 +1,187 @@
+"""Verdicts on an axis that rings after its stops, or whose model is valid on one side only."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from frictool.adapters.resonance_filter import resonance_filters
+from frictool.adapters.two_inertias import TwoInertias, two_inertias
+from frictool.campaign import doubts
+from frictool.campaign.design_trial import DesignTest, design_test
+from frictool.campaign.doubts import doubts_of, slower_factor
+from frictool.campaign.draws.factor_space import space_of
+from frictool.campaign.draws.spread_factors import spread_factors
+from frictool.campaign.trials.campaign_warnings import remarks_of
+from frictool.campaign.views.played_view import played_json, played_lines
+from frictool.documents.controller import Controller
+from frictool.documents.mechanism import Coupling
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+from frictool.documents.resonances import Oscillation, Resonances
+from frictool.documents.valid_side import ValidSide
+from frictool.report.verdict import judge
+from frictool.simulate.closed_loop import simulate_closed_loop
+from frictool.verify.model_check import check_model
+from frictool.verify.ringing_loop import ringing_check
+from frictool.verify.vertices import vertex_points
+from studies.rigs.campaign_rig import trial
+from studies.rigs.clutch_model import clutch_model
+from studies.rigs.step_logs import clutch_spec
+from studies.rigs.step_scenario import controller, scenario
+from studies.rigs.verified_controller import truthful
+from tests.support.provenance import HERE
+
+SPEC = clutch_spec(rest=None, response_time_95_s=None, oscillations=None)
+FAST, SLOW = 6000.0, 60.0  # rad/s, far above the loop and within it
+
+
+def ringing_model(rad_s: float) -> Model:
+    return replace(clutch_model(), ringing=Oscillation(rad_s, 0.03))
+
+
+@pytest.fixture(scope="module")
+def loop() -> Controller:
+    """Return a controller of the clutch that has a margin of 0.3 at its two vertices."""
+    made = truthful(controller())
+    return replace(made, verified=replace(made.verified, modulus_margin_specified=0.3))
+
+
+@pytest.fixture(scope="module")
+def short() -> DesignTest:
+    return design_test(clutch_model(), SPEC, scenario(seconds=0.4))
+
+
+@pytest.mark.parametrize("plant", [*two_inertias(Oscillation(80.0, 0.04))], ids=str)
+def test_every_plant_has_the_measured_oscillation(plant: TwoInertias) -> None:
+    """The mechanism oscillates at 80 rad/s, and its transfer function has the poles and zeros."""
+    model = clutch_model()
+    made = plant.mechanism(model)
+    blocks = [made.blocks[name].inertia for name in ("motor", "load")]
+    motor, load = (one.value for one in blocks if one is not None)
+    link = made.links["drive_train"]
+    assert isinstance(link, Coupling)
+    assert link.compliance is not None
+    assert link.compliance.damping is not None
+    k, c = link.compliance.stiffness.value, link.compliance.damping.value
+    total = model.parameters.inertia.value
+    assert motor + load == pytest.approx(total)
+    assert load / motor == pytest.approx(plant.ratio)
+    encoder = motor if plant.encoder == "motor" else load
+    free = motor * load / total
+    moving = encoder if plant.rests else free
+    root = np.roots([moving, c, k])[0]
+    assert abs(root) == pytest.approx(80.0)
+    assert -root.real / abs(root) == pytest.approx(0.04)
+    s = 1j * np.geomspace(5.0, 2000.0, 30)
+    link_impedance = c * s + k
+    effort = link_impedance + (load * s**2 if plant.encoder == "motor" else 0.0)
+    expected = effort / (free * total * s**2 + link_impedance * total) * total
+    (filtered,) = resonance_filters(plant.resonances())
+    a, b, c_row, d = filtered.a, filtered.b, filtered.c, filtered.d
+    found = [(c_row @ np.linalg.solve(one * np.eye(len(a)) - a, b) + d)[0, 0] for one in s]
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def test_a_slower_loop_tolerates_the_ringing(loop: Controller) -> None:
+    """The named factor suffices for a faster oscillation of the axis; half of it does not."""
+    points = vertex_points(loop)
+    rings = Oscillation(300.0, 0.03, (280.0, 320.0))
+    check = ringing_check(loop, points, rings)
+    assert not check.shown
+    assert check.slower is not None
+    assert ringing_check(loop, points, rings.scaled(check.slower)).shown
+    assert not ringing_check(loop, points, rings.scaled(0.5 * check.slower)).shown
+    assert f"slow the loop {check.slower:g} times" in check.doubt
+    assert len(check.doubt) <= 170
+
+
+def test_a_ringing_axis_decides_the_verdict(
+    loop: Controller, short: DesignTest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        doubts, "two_inertias", lambda one: [TwoInertias(one, 1.0, "load", rests=True)]
+    )
+    assert doubts_of(clutch_model(), loop, short).lines() == []
+    fine = doubts_of(ringing_model(FAST), loop, short)
+    assert not fine.reasons
+    assert "meet the specification" in fine.notes[0]
+    (unstable,) = doubts_of(ringing_model(SLOW), loop, None).reasons
+    assert "9.55 Hz" in unstable
+    strict = limited_test(short, overshoot_percent=1e-3)
+    (missed,) = doubts_of(ringing_model(FAST), loop, strict).reasons
+    assert "overshoot is not met" in missed
+    known = replace(
+        ringing_model(SLOW), resonances=Resonances((Oscillation(SLOW, 0.03),), ("belt",))
+    )  # the loop is verified with these resonances
+    assert not doubts_of(known, loop, None).reasons
+
+
+def limited_test(test: DesignTest, **limits: float) -> DesignTest:
+    """Return the test with other limits."""
+    return design_test(test.model, replace(SPEC, **limits), test.scenario)
+
+
+@pytest.mark.parametrize(
+    ("side", "place", "valid"),
+    [("above", 4.0, True), ("above", 7.0, False), ("below", 41.0, True), ("below", 39.0, False)],
+)
+def test_the_steps_must_stay_on_the_valid_side(
+    loop: Controller, short: DesignTest, side: Literal["above", "below"], place: float, valid: bool
+) -> None:
+    """The steps reach from 5 to 40 rad."""
+    of = Quantity(place, place - 0.5, place + 0.5, "rad")
+    model = replace(clutch_model(), valid_side=ValidSide(side, of))
+    found = doubts_of(model, loop, short)
+    assert (not found.reasons) == valid
+    assert side in found.lines()[0]
+    assert not doubts_of(model, loop, None).reasons  # the linear loop contains no load
+
+
+def test_an_undecided_test_is_no_pass(loop: Controller, short: DesignTest) -> None:
+    loose = limited_test(short, overshoot_percent=50.0)
+    verdict = loose.judge(loop, [0])
+    headlines = [
+        played_lines(verdict, loose.names, loose.about, "", decided=decided)[-1]
+        for decided in (True, False)
+    ]
+    assert headlines[0].startswith("PASS")
+    assert headlines[1].startswith("UNDECIDED")
+    assert not played_json(verdict, loose.names, loose.about, decided=False)["passed"]
+
+
+def test_verify_and_reports_state_the_ringing(loop: Controller) -> None:
+    model = ringing_model(SLOW)
+    check = check_model(loop, model)
+    assert not check.holds
+    assert check.ringing is not None
+    assert check.ringing.modulus_margin == 0.0
+    log = simulate_closed_loop(model, loop, scenario(seconds=0.2), HERE)
+    words = f"after stops, the position rings at {SLOW / (2.0 * math.pi):.3g} Hz"
+    assert any(words in one for one in judge(SPEC, [log], loop).remarks)
+    rung = replace(loop, ringing=model.ringing)
+    (margin,) = (
+        one for one in judge(SPEC, [log], rung).requirements if one.key == "modulus_margin"
+    )
+    assert margin.met is None
+    assert "9.55 Hz" in margin.reason
+    setting = trial().setting._replace(plant=model)
+    remarks = remarks_of(setting, space_of(spread_factors(setting.scenario)))
+    assert any(words in one for one in remarks)
+
+
+def test_the_search_needs_a_slower_loop(loop: Controller, short: DesignTest) -> None:
+    assert slower_factor(loop, short) == 1.0  # the axis does not ring
+    rings = with_model(short, ringing_model(300.0))
+    factor = slower_factor(loop, rings)
+    assert factor is not None
+    assert factor > 1.0
+
+
+def with_model(test: DesignTest, model: Model) -> DesignTest:
+    """Return the test with another model."""
+    return design_test(model, test.spec, test.scenario)
