@@ -72,6 +72,7 @@ class TriedModel:
     - position_error: rms position error, rad | m
     - force_error: relative force error, defined in `force_error.py`
     - chosen: True for the model that was selected
+    - leaves_range: True if the simulation leaves the range of the measured positions by far
 
     If the logs are long enough, the errors are computed from strokes that the fit did not use.
     """
@@ -80,6 +81,7 @@ class TriedModel:
     position_error: float
     force_error: float
     chosen: bool
+    leaves_range: bool = False
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from frictool.identify.estimators.method_comparison import (
     PredictionScore,
     best_by_prediction,
 )
-from frictool.identify.fit_result import Interval
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.force_error import force_error, motion_rows
 from frictool.identify.identification import identify_records
@@ -97,6 +97,17 @@ def test_the_text_says_what_was_tried_each_score_and_why_the_winner_won(folder: 
     ):
         assert f"{candidate} 0.0" in why
     assert "is the first method within 10 % of the best allowed one" in why
+
+
+def _no_fit() -> SlidingFit:
+    raise UnusableLogs("none")
+
+
+@pytest.mark.parametrize(("error", "text"), [(0.1, "sines 0.1 rad"), (2.0, "measured range of 1")])
+def test_an_error_above_the_measured_range_is_no_number(error: float, text: str) -> None:
+    score = PredictionScore("sines", (), np.full(3, error**2), 0.1, _no_fit, 1.0)
+    assert text in score.shown("rad")
+    assert score.leaves is (error > 1.0)
 
 
 def test_two_days_together_explain_the_effort_and_say_that_they_disagree(folder: Path) -> None:

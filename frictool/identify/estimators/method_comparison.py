@@ -70,6 +70,7 @@ class PredictionScore:
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - force: relative force error, defined in `force_error.py`
     - fit: function that fits the candidate to all logs
+    - extent: range of the measured positions, rad | m
     """
 
     name: str
@@ -77,15 +78,27 @@ class PredictionScore:
     squares: Vector
     force: float
     fit: Callable[[], SlidingFit]
+    extent: float = np.inf
 
     @property
     def position(self) -> float:
         """Return the position error (rms), rad | m."""
         return float(np.sqrt(np.mean(self.squares)))
 
+    @property
+    def leaves(self) -> bool:
+        """Return True if the simulated position leaves the range of the measured positions by far.
+
+        The rms position error then exceeds this range, and its value has no meaning.
+        """
+        return not self.position <= self.extent
+
     def shown(self, unit: str) -> str:
         """Return name, position error in `unit`, and force error as text."""
-        return f"{self.name} {self.position:.3g} {unit}, {100.0 * self.force:.3g} %"
+        error = f"{self.position:.3g} {unit}"
+        if self.leaves:
+            error = f"leaves the measured range of {self.extent:.3g} {unit} by far"
+        return f"{self.name} {error}, {100.0 * self.force:.3g} %"
 
 
 @dataclass(frozen=True)
@@ -99,6 +112,11 @@ class ComparedData:
     bench: Bench
     settings: IdentificationSettings
     fits: Sequence[SlidingFit]
+
+    @property
+    def extent(self) -> float:
+        """Return the range of the measured positions, rad | m."""
+        return max(float(np.ptp(record.position)) for record in self.records)
 
     def all(self, bench: Bench) -> tuple[list[MotionRecord], Bench, IdentificationSettings]:
         """Return all records, `bench` and the settings, as arguments of a method's fit."""
@@ -139,10 +157,10 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
         return replace(first, why=f"{first.why}; {why}")
     return replace(
         fit,
-        why=_why(first, winner, scores, sides is not None, si_unit("position", bench.axis))
-        + against,
+        why=_why(data, winner, scores, sides is not None) + against,
         tried=tuple(
-            TriedModel(score.name, score.position, score.force, score is winner) for score in scores
+            TriedModel(score.name, score.position, score.force, score is winner, score.leaves)
+            for score in scores
         ),
     )
 
@@ -233,17 +251,14 @@ def contradicted(regression: SlidingFit, simulated: SlidingFit) -> str | None:
 
 
 def _why(
-    first: SlidingFit,
-    winner: PredictionScore,
-    scores: Sequence[PredictionScore],
-    unseen: bool,
-    unit: str,
+    data: ComparedData, winner: PredictionScore, scores: Sequence[PredictionScore], unseen: bool
 ) -> str:
     how = (
         "predicted on strokes left out of the fit"
         if unseen
         else "simulated on the fitted logs, which are too short to be divided"
     )
+    unit = si_unit("position", data.bench.axis)
     tried = "; ".join(score.shown(unit) for score in scores)
     smallest = min(scores, key=lambda score: score.force)
     best = min(scores, key=lambda score: score.position)
@@ -254,7 +269,7 @@ def _why(
     barred = lost if best.force > MOST_FORCE * smallest.force else ""
     tried = f"tried, {how} (position error rms, force error): {tried}"
     if winner is scores[0]:
-        return f"{first.why}; {tried}; no other allowed method is better by 10 %{barred}"
+        return f"{data.fits[0].why}; {tried}; no other allowed method is better by 10 %{barred}"
     return f"{tried}; {winner.name} is the first method within 10 % of the best allowed one{barred}"
 
 
@@ -291,7 +306,9 @@ def regression_scores(
             else (lambda method=method: replace(run(method, *data.all(declared)), method=method))
         )
         scores.append(
-            PredictionScore(_name(method, terms), terms, np.concatenate(position), force, make)
+            PredictionScore(
+                _name(method, terms), terms, np.concatenate(position), force, make, data.extent
+            )
         )
     return scores
 
@@ -320,7 +337,12 @@ def _simulations(sides: Sides, rows: Rows, data: ComparedData) -> list[Predictio
     return [
         *regressions,
         PredictionScore(
-            _name(OUTPUT_ERROR, structure.terms), structure.terms, structure.squares, force, make
+            _name(OUTPUT_ERROR, structure.terms),
+            structure.terms,
+            structure.squares,
+            force,
+            make,
+            data.extent,
         ),
     ]
 

@@ -143,7 +143,7 @@ def _tried_table(outcome: IdentifiedModel) -> TextTable:
             (
                 one.name,
                 "chosen" if one.chosen else "",
-                f"{one.position_error:.4g}",
+                "leaves the measured range" if one.leaves_range else f"{one.position_error:.4g}",
                 f"{100.0 * one.force_error:.3g}",
             )
             for one in (() if fit is None else fit.tried)

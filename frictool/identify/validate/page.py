@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from frictool.documents.provenance import Provenance
-from frictool.documents.quantity import si_unit
 from frictool.identify.model_page.panel import FigurePanel
 from frictool.identify.validate.validation import Validation
 from frictool.presentation.page import render_page
@@ -29,13 +28,11 @@ def validation_page(
     provenance: Provenance,
 ) -> str:
     """Return the HTML page of a validation."""
-    unit = si_unit("position", validation.axis)
     return render_page(
         Path(__file__).parent,
         provenance,
         title=title,
-        banner=f"Position error {validation.position_rmse:.4g} {unit} rms, "
-        f"{validation.largest:.4g} {unit} at most",
+        banner=f"Position error {validation.position_text()}",
         run=validation.lines()[0],
         warnings=warnings,
         errors=TextTable(

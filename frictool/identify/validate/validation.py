@@ -136,9 +136,20 @@ class Validation(ResultView):
             "warnings": [] if self.judgement.warning is None else [self.judgement.warning],
         }
 
+    def position_text(self) -> str:
+        """Return the position errors as text; it says if the simulation leaves the measured range.
+
+        An rms error above this range is mostly drift, because no feedback holds the simulation.
+        """
+        unit = si_unit("position", self.axis)
+        errors = f"{self.position_rmse:.4g} {unit} rms, {self.largest:.4g} {unit} at most"
+        extent = float(np.ptp(self.measured["position"]))
+        if self.position_rmse <= extent:
+            return errors
+        return f"{errors}: the simulation leaves the measured range of {extent:.3g} {unit} by far"
+
     def lines(self) -> list[str]:
         """Return loop, number of samples, errors and judgement as lines of text."""
-        unit = si_unit("position", self.axis)
         how = {
             OPEN: "the measured effort drives the model",
             CLOSED: "controller and model follow the measured reference",
@@ -147,8 +158,7 @@ class Validation(ResultView):
         return [
             f"{self.loop} loop: {how[self.loop]}; {self.time.size} samples, without the first "
             f"{self.skip}",
-            f"position error   {self.position_rmse:.4g} {unit} rms, {self.largest:.4g} {unit} "
-            "at most",
+            f"position error   {self.position_text()}",
             *(f"{name:<16} {_shown(error)}" for name, error in self.errors.items()),
             self.judgement.line,
         ]
