@@ -42,7 +42,6 @@ from frictool.logs.log import Log
 from frictool.logs.quality.time_base import encoder_step, time_base
 from frictool.logs.raw_table import EMPTY_CELL, SALVAGE, RawTable
 from frictool.logs.recordings.recording_files import sources
-from frictool.logs.text.csv_format import CsvTable
 from frictool.typing import Vector
 
 AXIS_NAMES: dict[Axis, set[str]] = {
@@ -162,7 +161,8 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
                 next(iter(table.blocks(table.names)), None)
         raise LogError(tables[0].source, "has no column with a finite number in its first rows")
     for table in tables:
-        advice = table.pivot_advice if isinstance(table, CsvTable) else None
+        # a CsvTable only, whose import would load numba
+        advice: str | None = getattr(table, "pivot_advice", None)
         if advice is not None and not guess(memory_tables, "rotary").columns.keys() - {TIME}:
             raise LogError(table.source, advice)
     return memory_tables
