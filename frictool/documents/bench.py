@@ -317,6 +317,9 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
       `month-first` (01/31/2026).
     - `period_s`: Time between two rows. Write this key if no column contains the time.
     - `start_s`: Time of the first row. This key needs `period_s`.
+    - `hold`: True if a historian wrote a row or a cell only when a value changed. An empty cell
+      then repeats the last value of its column, and a channel keeps its value from row to row. The
+      log is sampled at `sample_period_s`.
     - `whole`: True if the last line is complete although it has no line end.
     - `dbc`: File that defines the signals of a CAN log, in the folder of the log. The default is
       the `.dbc` file with the name of the log.
@@ -334,6 +337,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     dates: Literal["day-first", "month-first"] | None = None
     period_s: PositiveNumber | None = None
     start_s: float | None = None
+    hold: bool = False
     whole: bool = False
     dbc: Annotated[str, msgspec.Meta(min_length=1)] | None = None
     clock: Annotated[str, msgspec.Meta(min_length=1)] | None = None

@@ -40,7 +40,7 @@ from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.formats import open_tables
 from frictool.logs.log import Log
 from frictool.logs.quality.time_base import encoder_step, time_base
-from frictool.logs.raw_table import EMPTY_CELL, SALVAGE, RawTable
+from frictool.logs.raw_table import EMPTY_CELL, HOLD, SALVAGE, RawTable
 from frictool.logs.recordings.recording_files import sources
 from frictool.typing import Vector
 
@@ -264,7 +264,8 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
 
 
 def _reason(error: LogError) -> str:
-    return _message(error) if error.line is None else f"line {error.line}: {_message(error)}"
+    text = _message(error).removesuffix(HOLD)
+    return text if error.line is None else f"line {error.line}: {text}"
 
 
 def _message(error: LogError) -> str:

@@ -23,17 +23,22 @@ from frictool.logs.raw_table import (
 )
 
 NS = 1e9  # ns per s
+MOST_HELD = 10_000_000  # maximum number of samples between two rows; a longer pause is an error
 
 
 class LatchedTable(DerivedTable):
     """Table with one row per `period_ns` that contains the latest value of each column.
 
     time: (name of the time column, size of its unit in s); None if the blocks have `time_ns`.
+    late_ns: time after each time of the new table at which the columns are read. Half a period lets
+        a row with a rounded time belong to the nearest time of the new table.
     """
 
-    def __init__(self, table: RawTable, period_ns: int, time: tuple[str, float] | None) -> None:
+    def __init__(
+        self, table: RawTable, period_ns: int, time: tuple[str, float] | None, late_ns: int = 0
+    ) -> None:
         super().__init__(table)
-        self._period, self._time = period_ns, time
+        self._period, self._time, self._late = period_ns, time, late_ns
 
     def line(self, row: int) -> int | None:
         """Return None, because the rows are not lines of the file."""
@@ -44,14 +49,16 @@ class LatchedTable(DerivedTable):
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield blocks of rows (see RawTable.blocks); raise LogError if time decreases."""
         read = wanted if self._time is None else tuple(dict.fromkeys([*wanted, self._time[0]]))
-        start = row = 0
+        start = before = row = 0
         last: dict[str, float] | None = None
         for block, done in self._table.blocks(read, losses):
             time = row_times(block, self._time)
             if last is None:
-                start = int(time[0])
+                start = int(time[0]) + self._late
                 last = {name: float(values[0]) for name, values in block.columns.items()}
-            self._check(block, time)
+                before = int(time[0])
+            self._check(block, time, before)
+            before = int(time[-1])
             # number of rows that the samples so far determine
             end = int((time[-1] - start) // self._period) + 1
             while row < end:
@@ -65,12 +72,19 @@ class LatchedTable(DerivedTable):
                 row += rows.size
             last = {name: float(values[-1]) for name, values in block.columns.items()}
 
-    def _check(self, block: RowBlock, time: Nanoseconds) -> None:
-        back = np.flatnonzero(np.diff(time) < 0)
-        if back.size:
-            row = int(back[0]) + 1
-            damage = order_error(time[row], time[row - 1])
+    def _check(self, block: RowBlock, time: Nanoseconds, before: int) -> None:
+        steps = np.diff(time, prepend=before)
+        if np.any(steps < 0):
+            row = int(np.argmax(steps < 0))
+            damage = order_error(time[row], time[row] - steps[row])
             raise LogError(self.source, damage, line=self._table.line(block.first_row + row))
+        row = int(np.argmax(steps))
+        if steps[row] > MOST_HELD * self._period:
+            pause = (
+                f"no row in {steps[row] / NS:.4g} s, during which a value would be held; allowed: "
+                f"at most {MOST_HELD} samples of sample_period_s; is the time right?"
+            )
+            raise LogError(self.source, pause, line=self._table.line(block.first_row + row))
 
     def _block(
         self,
@@ -79,7 +93,7 @@ class LatchedTable(DerivedTable):
         columns: dict[str, np.ndarray[tuple[int], np.dtype[np.float64]]],
         wanted: Sequence[str],
     ) -> RowBlock:
-        time = start + rows * self._period
+        time = start - self._late + rows * self._period
         if self._time is not None:
             name, seconds = self._time
             columns[name] = time / (NS * seconds)

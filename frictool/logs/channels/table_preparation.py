@@ -12,6 +12,7 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import factor_to_si
 from frictool.errors import LogError
+from frictool.logs.channels.deadband import deadband_doubts
 from frictool.logs.channels.latched_table import NS, LatchedTable, row_times
 from frictool.logs.channels.mapping import RATE_REFUSED, TIME
 from frictool.logs.channels.quadrature_table import QuadratureTable
@@ -32,11 +33,16 @@ def prepare_tables(
 
     The functions must be called after the tables have been read. If bench.yaml has encoders in
     `quadrature`, LogError is raised if a channel of an encoder is missing, or if the file has
-    several tables.
+    several tables. If `layout.hold` is true, LogError is raised if most rows share their time with
+    another row.
     """
     ready = tuple(zeroed(table, bench.columns) for table in tables)
     if not bench.quadrature:
-        return ready, []
+        if bench.layout is None or not bench.layout.hold:
+            return ready, []
+        ready = tuple(_latched(table, bench, held=True) for table in ready)
+        doubts = tuple(text for table in ready for text in deadband_doubts(table, bench))
+        return ready, [lambda: doubts]
     if len(ready) > 1:
         raise LogError(
             ready[0].source,
@@ -46,7 +52,11 @@ def prepare_tables(
     return (_latched(counted, bench),), [counted.findings]
 
 
-def _latched(table: RawTable, bench: Bench) -> RawTable:
+def _latched(table: RawTable, bench: Bench, *, held: bool = False) -> RawTable:
+    """Return the table with a row per sample period; unchanged if it has such rows already.
+
+    held: True if the file has a row only when a value changes.
+    """
     time = None
     column = bench.columns.get("time")
     name = None if column is None else table.find(column.column)
@@ -65,6 +75,17 @@ def _latched(table: RawTable, bench: Bench) -> RawTable:
     period = bench.sample_period_s
     if first is not None:
         steps = np.diff(row_times(first, time)) / NS
-        if steps.size and np.mean(np.abs(steps / period - 1.0) <= RATE_REFUSED) > REGULAR:
+        if held and steps.size and np.median(steps) == 0.0:
+            raise LogError(
+                table.source,
+                "most rows share their time with another row; allowed with layout.hold: times "
+                "that tell the rows apart; if the rows are equidistant, write layout.period_s",
+            )
+        if (
+            not held
+            and steps.size
+            and np.mean(np.abs(steps / period - 1.0) <= RATE_REFUSED) > REGULAR
+        ):
             return table
-    return LatchedTable(table, round(period * NS), time)
+    period_ns = round(period * NS)
+    return LatchedTable(table, period_ns, time, period_ns // 2 if held else 0)

@@ -25,8 +25,9 @@ from frictool.logs.canonical.mcap_layout import LATEST, NS
 from frictool.logs.day_clock import DayClock
 from frictool.logs.kernels.row_scanner import CELL, CUT, ROW, SKIP, STAMP
 from frictool.logs.open_file import open_log
-from frictool.logs.raw_table import EMPTY_CELL, SALVAGE, DataLoss, RowBlock, find
+from frictool.logs.raw_table import EMPTY_CELL, HOLD, SALVAGE, DataLoss, RowBlock, find
 from frictool.logs.text.cells import THOUSANDS, number
+from frictool.logs.text.held_cells import HeldCells
 from frictool.logs.text.long_format import pivot_advice
 from frictool.logs.text.row_batches import RowBatch, RowIssue, TextWindow, batches
 from frictool.logs.text.text_encoding import decoded, encoding_of, head_bytes, is_text, text_bytes
@@ -65,6 +66,7 @@ class CsvTable:
                 raise LogError(path, f"cannot be read: {error.strerror or error}") from None
         self._path = path
         self._whole = layout.whole
+        self._hold = layout.hold
         self.source = str(path)
         self.topic = ""
         self.size = path.stat().st_size
@@ -130,6 +132,19 @@ class CsvTable:
         slots[[self.layout.names.index(name) for name in chosen]] = np.arange(len(chosen))
         if self.layout.stamps is not None:
             slots[self.layout.stamps] = STAMP
+        if not self._hold:
+            yield from self._read(chosen, slots, losses)
+            return
+        cells = HeldCells()
+        for block, done in self._read(chosen, slots, losses):
+            filled = cells.fill(block) if chosen else block
+            if filled is not None:
+                yield filled, done
+
+    def _read(
+        self, chosen: Sequence[str], slots: NDArray[np.int64], losses: list[DataLoss] | None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        """Yield blocks of the columns `chosen`, with NaN for a cell without a number."""
         rows = 0
         clock = DayClock()
         for batch in self._batches(slots, len(chosen), None):
@@ -195,7 +210,8 @@ class CsvTable:
             if value is not None and slots[issue.what] >= 0:
                 batch.values[slots[issue.what], issue.row] = value
                 continue
-            if self._ignored(issue):
+            held = self._hold and issue.kind == CELL and not cell and slots[issue.what] >= 0
+            if held or self._ignored(issue):
                 continue
             if issue.kind == ROW and self.layout.trailer == cell:
                 yield issue.row, None
@@ -204,6 +220,8 @@ class CsvTable:
             if losses is None:
                 # True for a single damaged value; False if the whole file has another notation
                 one = issue.kind == ROW or message.endswith("allowed: a number")
+                if one and not cell and sum(not other.text for other in batch.issues) > 1:
+                    message += HOLD
                 raise LogError(
                     self.source, f"{message}; {SALVAGE}" if one else message, line=issue.line
                 )
