@@ -1,4 +1,4 @@
-"""Smart servo of bench.yaml, its firmware and its pendulum, as records for the engine."""
+"""Records for the engine that describe the smart servo of bench.yaml: firmware and pendulum."""
 
 from __future__ import annotations
 

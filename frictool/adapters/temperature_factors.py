@@ -13,7 +13,7 @@ STEEPEST = 50.0  # largest exponent; a log with wrong temperatures must not over
 
 
 def temperature_factors(law: FrictionOverTemperature, temperature: Vector) -> tuple[Vector, Vector]:
-    """Return the factors of viscous and of dry friction at temperatures (n,) [degC], (n,) each."""
+    """Return (factors of viscous friction, factors of dry friction), for temperatures [degC]."""
     excess = temperature - law.reference.value
     return _factor(law.viscous, excess), _factor(law.coulomb, excess)
 

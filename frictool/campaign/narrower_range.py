@@ -1,10 +1,10 @@
 """Narrower range of one parameter with which a candidate of a failed search passes every test.
 
 If a range prevents a design, candidates fail only with plants on one side of the nominal value. The
-cut is the parameter value of the passing plant that is closest to the failing plants. The range
-between the cut and the range's other end is reported only if the candidate passes all tests with
-new plants from this narrower range, and is verified. Otherwise the cut is moved towards the nominal
-value.
+cut is the parameter value of the passing plant that is closest to the failing plants. The narrower
+range extends from the cut to the end of the range on the other side of the nominal value. It is
+reported only if the candidate passes all tests with new plants from the narrower range, and is
+verified. Otherwise the cut is moved towards the nominal value.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ MOST_PLANTS = 800  # plants simulated to confirm ranges, after which no further 
 class _Cut(NamedTuple):
     """Value of a parameter [SI] beyond which all failing plants of a candidate lie.
 
-    `share`: distance from the nominal value, relative to the distance of the range's end.
+    `share`: distance of the cut from the nominal value, divided by the distance of the end of the
+        range from the nominal value.
     """
 
     share: float
@@ -166,7 +167,7 @@ def _tried(cuts: Sequence[_Cut], parameter: VariedParameter) -> list[_Cut]:
 def _confirmed(
     test: DesignTest, name: str, parameter: VariedParameter, cut: _Cut
 ) -> tuple[NarrowerRange | None, int]:
-    """Return the range up to a cut, or None if the candidate fails, and the number of runs."""
+    """Return (range up to a cut, or None if the candidate fails with it; number of runs)."""
     ends = (parameter.low, cut.value) if cut.upper else (cut.value, parameter.high)
     if not ends[0] <= parameter.nominal <= ends[1]:
         return None, 0  # the value was rounded past the nominal value

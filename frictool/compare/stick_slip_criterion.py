@@ -44,7 +44,10 @@ class StickSlipResult:
 
 
 def measure(run: LawTrajectory, slow: float) -> StickSlipResult:
-    """Return the measures of a mass pulled from rest; `slow`: Stribeck velocity [m/s | rad/s]."""
+    """Return the stick-slip measures of a mass that is pulled from rest.
+
+    `slow`: Stribeck velocity [m/s | rad/s].
+    """
     end = float(run.time[-1])
     complete = [phase for phase in run.sticks if phase[1] < end]
     breakaways = np.array([phase[1] for phase in complete])

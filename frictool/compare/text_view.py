@@ -28,7 +28,7 @@ MEASURES = (  # explanations of the columns of the first table
     "sticks: phases at rest in the stick-slip test; period: mean time from one stick to the next; "
     "jump: mean distance",
     "stuck: share of the time below the Stribeck velocity",
-    "cycle: amplitude of the limit cycle in a position loop with integral action; then its period",
+    "cycle: amplitude and period of the limit cycle in a position loop with integral action",
     "closure: gap of the inner presliding loop relative to the breakaway",
     "area: area of the last loop relative to breakaway times presliding length",
     "rigid: no presliding",

@@ -37,8 +37,8 @@ TABLE_2_1: dict[str, tuple[str, ...]] = {
     "elasto_plastic": ("D", "-", "±", "±", "+", "+", "+", "-", "+", "8"),
     "leuven": ("D", "-", "±", "±", "+", "+", "+", "+", "+", ">8"),
 }
-# law -> (row, computed cell) -> reason why the cell differs from the printed one, with the
-# parameters of table 3.1; other cells do not differ
+# for each law, by (row, computed cell): reason why the computed cell differs from the printed cell,
+# with the parameters of table 3.1; all other cells are equal
 OTHER_PARAMETERS = "caused by these parameters; the parameters of table 3.1 give the printed value"
 _SMOOTHED = {
     ("non_drift", "+"): (
@@ -53,16 +53,22 @@ _SAME_BREAKAWAY = {
 }
 REASONS: dict[str, dict[tuple[str, str], str]] = {
     "coulomb": _SMOOTHED,
-    "svc": {**_SMOOTHED, ("parameters", "3"): "F_c, F_s and sigma_0; the thesis counts one more"},
+    "svc": {
+        **_SMOOTHED,
+        ("parameters", "3"): "F_c, F_s and sigma_0; the thesis counts one extra",
+    },
     "stribeck": {
         **_SMOOTHED,
-        ("parameters", "5"): "F_c, F_s, v_s, delta_s and sigma_0; the thesis counts one more",
+        (
+            "parameters",
+            "5",
+        ): "F_c, F_s, v_s, delta_s and sigma_0; the thesis counts one extra",
     },
     "karnopp": {
         ("stribeck_effect", "-"): (
             "section 2.4.2.4 denies the effect; outside Karnopp's band friction grows with speed"
         ),
-        ("parameters", "4"): "F_c, F_s, sigma_0 and dv; the thesis counts one more",
+        ("parameters", "4"): "F_c, F_s, sigma_0 and dv; the thesis counts one extra",
     },
     "elasto_plastic": {
         **_SAME_BREAKAWAY,

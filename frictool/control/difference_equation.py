@@ -160,9 +160,9 @@ def state_bounds(
     x is the state, e the input and u the drive of `equation`.
 
     conditional: True for conditional integration. The integrator then keeps its value while the
-    drive is limited, and its bound follows from the drive's limit and the bounds of the other
-    states. This requires a single integrator with c b >= 0 that enters no other state, and an
-    anti-windup gain of 0 for all other states.
+    drive is limited. The bound of the integrator follows from the drive's limit and the bounds of
+    the other states. This requires a single integrator with c b >= 0 that enters no other state,
+    and an anti-windup gain of 0 for all other states.
 
     The bounds are not valid while the drive is released, nor if another term is added to the drive
     before its limit. The fixed-point word of the state may then saturate.

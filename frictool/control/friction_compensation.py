@@ -32,7 +32,10 @@ REACH = 64.0  # bound of the observer's state q, relative to the drive's limit
 
 
 def direction(program: Program, speed: ProgramNode, smoothing: float) -> ProgramNode:
-    """Return s(v/v_s), a smooth sign of v in -1 to 1; `smoothing`: speed v_s [rad/s | m/s]."""
+    """Return s(v/v_s), a smooth transition from -1 to 1 in place of the sign of v.
+
+    `smoothing`: speed v_s [rad/s | m/s].
+    """
     return saturating(program, program.constant(1.0 / smoothing, "per_smoothing_speed") * speed)
 
 

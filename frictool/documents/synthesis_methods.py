@@ -79,7 +79,7 @@ METHODS: dict[str, SynthesisMethod] = {
     ),
     "lpv_grid": SynthesisMethod(
         "as `lpv`, but the Lyapunov function depends on the parameters, which are constant or "
-        "vary slowly. The inequalities hold on a grid and are checked between its points",
+        "vary slowly. The inequalities hold on a grid and are checked on a finer grid",
         "if the gamma of `lpv` is too large because `lpv` allows parameters that jump",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "grid"),
     ),

@@ -102,7 +102,10 @@ def threshold(
 
 @kernel
 def film_at_rest(w: float, lag: float, spent: float) -> float:
-    """Return the lubricant film's lagged velocity after `spent` [s] at rest; w: initial value."""
+    """Return the lagged velocity of the lubricant film after the body has rested for `spent` [s].
+
+    w: lagged velocity at the start of the rest.
+    """
     return w * math.exp(-spent / lag) if lag > 0.0 else 0.0
 
 

@@ -132,8 +132,8 @@ def _noise(name: str, made: Biquads, number: Number) -> float:
         total = (abs(b0) + abs(b1) + abs(b2)) * entered + (abs(a1) + abs(a2)) * left
         if not (left < 1.0 and (number == "q15" or math.ldexp(total, -made.post_shift) < 2.0)):
             raise NoSolutionError(
-                f"{name}: section {k} may overflow in {number}: with the rounding errors its "
-                f"output reaches {left:.3g} of the range; use "
+                f"{name}: section {k} may overflow in {number}: with rounding errors, its output "
+                f"can reach {left:.3g} times the range of the numbers; use "
                 f"{'--number q31' if number == 'q15' else '--number float'}, or --lang c"
             )
         entered = left

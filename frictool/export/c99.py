@@ -122,7 +122,10 @@ def _about(controller: Controller, origin: ExportOrigin) -> dict[str, Any]:
 
 
 def _code(names: CNames, numbers: NumberWriter, more: str) -> dict[str, Any]:
-    """Return the parts of NAME.c; `more`: other C expressions, which may call helpers."""
+    """Return the parts of the file NAME.c.
+
+    `more`: other C expressions of the file; the helper functions that they call are included.
+    """
     program = names.program
     assert program.output is not None
     guard = program.guard

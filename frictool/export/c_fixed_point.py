@@ -115,7 +115,10 @@ class FixedNumbers:
         return f"bounded({text}, {low}, {high})"
 
     def expression(self, node: ProgramNode, of: list[str]) -> str:
-        """Return the C expression of a node; `of`: C expressions of the node's operands."""
+        """Return the C expression of a node.
+
+        `of`: C expressions of the node's operands.
+        """
         args = node.args
         sa, sb, s = self.scaled.shifts.get(node.index, (0, 0, 0))
         match node.op:

@@ -105,7 +105,10 @@ class RealNumbers:
         return ""
 
     def expression(self, node: ProgramNode, of: list[str]) -> str:
-        """Return the C expression of a node; `of`: C expressions of the node's operands."""
+        """Return the C expression of a node.
+
+        `of`: C expressions of the node's operands.
+        """
         args = node.args
         match node.op:
             case "dot":

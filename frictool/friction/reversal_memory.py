@@ -12,8 +12,8 @@ hysteresis with odd symmetry starts at z = 0, F = 0 and follows these rules:
     the outer loop closes  when z passes -z_1: the virgin curve continues
 
 Source: annex A of the thesis, figure 1. The result depends on the sequence of positions only: the
-operator is rate independent, and larger movements wipe out smaller ones. The annex calls the memory
-a FIFO; in fact the memory is a stack.
+operator is rate independent, and a larger movement wipes out the memory of smaller movements. The
+annex calls the memory a FIFO; in fact the memory is a stack.
 
 A slow ringing may nest more reversals than the memory can store. Then two neighbouring reversals
 are removed: the pair that differs least in position from the reversals before and after it.

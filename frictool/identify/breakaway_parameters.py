@@ -119,8 +119,8 @@ def _refuse_returning(logs: AxisLogs, sliding: Outcome) -> None:
         if share > MOST_RETURNS and not (known and passages >= enough):
             raise UnusableLogs(
                 f"after {100 * share:.3g} % of ramps, the axis moves back to about {rest:.3g} "
-                f"{unit} undriven: a load exceeds the breakaway; log {enough} strokes through "
-                "this point, or remove the load"
+                f"{unit} without drive: a load exceeds the breakaway; log {enough} strokes through "
+                "it, or remove the load"
             )
 
 

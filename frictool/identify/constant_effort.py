@@ -82,7 +82,7 @@ def without_constant_effort(
         description = (
             f"{Path(record.name).name}: the effort stays near {first.level:.4g} {unit} for "
             f"{100.0 * lost / moving:.0f} % of the motion, from {record.time[first.start]:.6g} s "
-            "on, while the speed changes: this is a saturated measurement or a command"
+            "on, while the speed changes: it is a saturated measurement, or a command"
         )
         if lost > MOST * moving:
             raise UnusableLogs(

@@ -4,9 +4,9 @@
     model = inertia (g * ddx) + friction(g * dx, g * x) + offset + g * load(x)
 
 Here u is the effort, x the position, dx the velocity and ddx the acceleration; g * denotes
-smoothing by a zero-phase kernel (`rows/smoothing.py`). All signals are smoothed alike, so that
-errors outside the frequency band of the motion have no influence. The rms is taken over the samples
-that certainly slip (`rows/slip_mask.py`).
+smoothing by a zero-phase kernel (`rows/smoothing.py`). The kernel is the same for all signals, so
+that errors outside the frequency band of the motion have no influence. The rms is taken over the
+samples that certainly slip (`rows/slip_mask.py`).
 
 The length of the smoothing window is chosen such that the encoder's noise in the acceleration is
 0.75 % of the acceleration; the length is at most a sixth of a stroke. If the axis never slips

@@ -290,7 +290,7 @@ class _KinkSearch:
         return LoadKink(knot, margin, *change, bool(np.median(self.position) > knot), share)
 
     def _change(self, rows: ReducedRows, knot: float) -> tuple[float, float] | None:
-        """Return jump and bend if one of them is large, and alike in both directions, else None."""
+        """Return (jump, bend) if one of them is large and similar in both directions, else None."""
         both = _intervals(rows, KINK, self.confidence)
         (changes,) = self.changes([knot], slice(None))
         back = (self.samples.sign < 0.0)[:, None]

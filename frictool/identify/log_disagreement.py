@@ -17,7 +17,7 @@ from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 
 WIDER = 4.0  # largest width of an interval from all logs, relative to the width from one log
-OTHERS_DIFFER = "although the logs agree on this parameter; they may differ in another one"
+OTHERS_DIFFER = "although the logs agree on this parameter; they may differ in another parameter"
 MOST_LOGS = 20  # largest number of compared logs; the first logs are used
 
 

@@ -180,8 +180,8 @@ def _commanded_by_position(record: MotionRecord) -> str | None:
         return None
     return (
         f"{Path(record.name).name}: the position alone explains all but "
-        f"{100.0 * np.sqrt(left / varies):.2g} % of the effort in both directions: a gravity "
-        "compensation commands it, and another force moves the axis; let the drive move it"
+        f"{100.0 * np.sqrt(left / varies):.2g} % of the effort in both directions, as in a gravity "
+        "compensation; move the axis by its drive, not by another force"
     )
 
 

@@ -294,7 +294,7 @@ OPTIONS = (
     MethodOption("filter_order", int, 1, 12, "order of the Butterworth filter", "4"),
     MethodOption("padding", int, 0, None, "number of padding samples at each end", "12"),
     MethodOption("skip", int, 0, None, "samples left out at the start", "49"),
-    MethodOption("decimate", int, 1, 1000, "use one sample in this many", "10"),
+    MethodOption("decimate", int, 1, 1000, "n, to keep every n-th sample", "10"),
 )
 
 
@@ -405,7 +405,7 @@ def refuse_unsupported(method: str, records: list[MotionRecord], bench: Bench) -
         able = ", ".join(name for name, row in METHODS.items() if row.velocity)
         raise UnusableLogs(
             f"{blind} has a velocity and no position, but {method} needs a position; these methods "
-            f"need none: {able}"
+            f"need no position: {able}"
         )
     if bench.load is not None and bench.load.terms != ("offset",) and not METHODS[method].load:
         able = ", ".join(name for name, row in METHODS.items() if row.load)

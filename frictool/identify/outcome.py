@@ -46,7 +46,7 @@ class Outcome:
 
     @property
     def from_logs(self) -> dict[str, Interval]:
-        """Return the intervals of identified parameters, and narrowed ranges of refused ones."""
+        """Return the intervals of identified parameters and the narrowed ranges of others."""
         return {**self.narrowed, **self.identified}
 
     def merge(self, later: Outcome) -> Outcome:

@@ -173,20 +173,20 @@ def _reasons(
         return (*reasons, f"the logs show {listed(effects)}, which the promise does not contain")
     if noise > MORE * promise.drive_noise.value:
         reasons.append(
-            f"the measured drive has a noise of {noise:.3g} {promise.drive_noise.unit}, the "
+            f"the measured drive has a noise of {noise:.3g} {promise.drive_noise.unit}, but the "
             f"promise assumes {promise.drive_noise.value:.3g}"
         )
     if facts.sensing.step > MORE * step:
         reasons.append(
             f"the position is as noisy as with an encoder step of "
-            f"{facts.sensing.step:.3g}, the bench states {step:.3g}"
+            f"{facts.sensing.step:.3g}, but the bench states {step:.3g}"
         )
     if worse > MORE or not np.isfinite(worse):
         allowed = f"+-{bound:.3g} at best" if np.isfinite(bound) else "no estimate"
         assert planned is not None
         reasons.append(
-            f"the recorded strokes allow {allowed}, the planned ones +-{planned.value:.3g}: the "
-            "recorded strokes are slower, shorter or fewer"
+            f"the recorded strokes allow {allowed}, the planned strokes +-{planned.value:.3g}: "
+            "the recorded strokes are slower, shorter or fewer"
         )
     if not reasons or ratio > MORE * worse * coarse:
         planned_alike = "length, noise and strokes are as planned: " if not reasons else ""

@@ -366,8 +366,8 @@ def _constants(
         if one.value - low < near or high - one.value < near:
             end = low if one.value - low < near else high
             warnings.append(
-                f"{name}: the fit reaches the end of the bench's range, {end:.4g} {known.unit}; "
-                "widen the range if it is not certain"
+                f"{name}: the fit reaches an end of the bench's range, {end:.4g} {known.unit}; "
+                "widen this range if it is not certain"
             )
         out[name] = Quantity(
             one.value, max(one.low, low), min(max(one.high, one.value), high), known.unit

@@ -18,9 +18,9 @@ therefore does not show the resulting error. Ten possible causes are examined
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to the
 distance sqrt(half^2 + shift^2) from the value; half is the half width. The reason is that effects
-that look alike may shift a parameter in opposite directions. If several effects move an end, only
-the largest movement is applied. If an interval overlaps the interval in bench.yaml, no end moves
-beyond the interval in bench.yaml.
+that the log cannot distinguish may shift a parameter in opposite directions. If several effects
+move an end, only the largest movement is applied. If an interval overlaps the interval in
+bench.yaml, no end moves beyond the interval in bench.yaml.
 
 The effort of a hypothesis (cause 2) is limited to a plausible size. A warning names the parameters
 that a hypothesis with the fitted effort would move out of their intervals.
@@ -83,9 +83,9 @@ class WidenedFit:
     """Fit whose intervals include unmodelled effects.
 
     - effect: most significant effects; None if they are uncertain or hardly improve the prediction
-    - ratios: ratio of new to old width of each interval that becomes much wider
-    - beyond: name of an effect, and the parameters that it moves beyond their intervals if it is as
-      large as fitted; None if the intervals include every effect in its fitted size
+    - ratios: new width divided by old width, for each parameter whose interval becomes much wider
+    - beyond: (name of an effect, parameters that the effect in its fitted size moves out of their
+      intervals); None if the intervals include every effect in its fitted size
     - cautions: pairs of a parameter's name and a warning about this parameter
     """
 
@@ -422,8 +422,9 @@ def _lag_doubts(
         return []
     shown = f"{1e-3 * abs(rates[name]):.2g} {si_unit(DIMENSIONS[name], bench.axis)}"
     doubt = (
-        f"{name} changes by about {shown} per ms of the winding's L/R, which this log does not "
-        "show; state L/R in actuator.loop_time_constant_s, or log the current (columns.current)"
+        f"{name} changes by about {shown} per ms of the winding's time constant L/R, which this "
+        "log lacks; state L/R in actuator.loop_time_constant_s, or log the current "
+        "(columns.current)"
     )
     return [(name, doubt)]
 
@@ -499,7 +500,7 @@ def _hull(one: Interval, other: Interval) -> Interval:
 def _moved(
     interval: Interval, shift: float, scatter: float, one_sided: bool, known: Quantity | None
 ) -> Interval:
-    """Return the interval, widened for a shift with the half width `scatter`.
+    """Return the interval of a parameter, widened for a shift whose half width is `scatter`.
 
     The end opposite to the shift moves, too, unless the shift is `one_sided`. If the interval in
     bench.yaml, `known`, overlaps `interval`, no end moves beyond `known`.

@@ -52,14 +52,14 @@ BETWEEN_SAMPLES = "the current between two samples"
 
 @dataclass(frozen=True)
 class WindingDelay:
-    """Increase of the inertia if the winding causes a part of the delay.
+    """Increase of the inertia if the winding causes a part of the fitted delay, kg m^2 | kg.
 
     - possible: increase if the winding causes the whole delay and its back-EMF the whole viscous
       friction; the interval does not extend below 0
     - measured: increase by the measured winding, at most `possible`; None if it was not measured
     - lag: electrical time constant L/R of the measured winding, s; 0 if it was not measured
-    - undecided: why the logged current does not measure the increase, as a verb with its object;
-      empty if the current was not logged, or if the current measures the increase
+    - undecided: predicate of a sentence that says why the logged current does not determine the
+      increase; empty if the current was not logged, or if it determines the increase
     """
 
     possible: Interval

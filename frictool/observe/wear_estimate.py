@@ -20,10 +20,10 @@ class EstimateRange:
     def over(self, other: EstimateRange) -> EstimateRange:
         """Return the ratio of this estimate to an independent estimate; both must be positive.
 
-        With the relative half widths a of this estimate and b of the other, the relative half width
-        of the result is sqrt(a^2 + b^2). The lower end of the result follows from the half width a
-        below this value and b above the other value; the upper end follows from a above this value
-        and b below the other value.
+        Let a and b be the relative half widths of this and of the other estimate. The relative half
+        width of the result is sqrt(a^2 + b^2). For the lower end of the result, a is taken below
+        the value of this estimate, and b above the value of the other estimate. For the upper end,
+        a is taken above and b below.
         """
         ratio = self.value / other.value
         below = ((self.value - self.low) / self.value) ** 2 + (

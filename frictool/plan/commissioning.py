@@ -257,7 +257,7 @@ def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep
     why = (
         "slow ramps show the breakaway and the signs of drive and encoder; the drive returns to 0 "
         "as soon as the axis moves. Logs do not show an error of the drive's constant, which "
-        "scales every parameter alike"
+        "scales all parameters by the same factor"
     )
     return PlanStep("breakaway", why, test, reached)
 
@@ -332,9 +332,9 @@ def _designed(
         return PlanStep("validation", why, test, reached, left, enough=True)
     if not narrow and not answer_of(narrowed_model(model)).refusal:
         why = (
-            "a controller exists for the identified intervals, but none for the ranges of the "
-            f"bench ({refusal}); give narrower intervals under `mechanics` of the bench{first} or "
-            f"give --narrow, unless the product needs these ranges{unseen}"
+            "a controller exists for the identified intervals, but not for the ranges of the "
+            f"bench ({refusal}); narrow the ranges in `mechanics` of the bench{first} or "
+            f"use --narrow, unless the product needs these ranges{unseen}"
         )
         return PlanStep("ranges", why, None, reached, model, exit_code=EXIT_NO)
     if answer_of(exact_model(model)).refusal:

@@ -105,7 +105,7 @@ def rehearse(
     Returns
     -------
     dict
-        Half widths of each parameter, by name.
+        Half widths of each parameter over the rehearsals, by the parameter's name.
     """
     rows: dict[str, list[float]] = {name: [] for name in limits}
     reasons: dict[str, list[str]] = {name: [] for name in limits}

@@ -34,7 +34,10 @@ Controlled = Literal["position", "speed"]
 
 @dataclass(frozen=True)
 class FirstOrderWeight:
-    """Weight W(s) = gain (s/zero + 1)/(s/pole + 1); zero, pole: rad/s, inf if there is none."""
+    """Weight W(s) = gain (s/zero + 1)/(s/pole + 1).
+
+    - zero, pole: angular frequencies [rad/s]; inf if the weight has no zero or no pole
+    """
 
     gain: float
     zero: float = np.inf

@@ -40,7 +40,10 @@ class RegimeLevels:
     viscous: tuple[Ends, ...]
 
     def tangent(self, level: int, coulomb: float, slopes: tuple[float, ...]) -> RegimeTangent:
-        """Return the tangent of the regime with the index `level`; slopes: one per regime."""
+        """Return the tangent of the regime with the index `level`.
+
+        slopes: viscous coefficient of each regime.
+        """
         lost = sum((slopes[i] - slopes[i - 1]) * self.above[i] for i in range(1, level + 1))
         return RegimeTangent(slopes[level], coulomb - lost)
 

@@ -186,7 +186,10 @@ def _until(
     value: Callable[[_State], float],
     scale: float,
 ) -> _Part:
-    """Return the motion from `start` until `value` reaches 0; `scale`: expected duration [s]."""
+    """Return the motion from `start` until `value` reaches 0.
+
+    `scale`: expected duration [s].
+    """
 
     def after(span: float) -> float:
         return value(_advanced(axis, start.state, command, span))

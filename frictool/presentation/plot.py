@@ -152,7 +152,10 @@ class Plot:
     is_numbered: bool = False
 
     def svg(self, label: str) -> str:
-        """Return the `<svg>` element; `label`: text that screen readers read out."""
+        """Return the figure as an `<svg>` element.
+
+        `label`: text that screen readers read out.
+        """
         width, height = (POINTS * one for one in self.size)
         x_range = self.x_range or _range_of(self.panels, 0)
         data = html.escape(self._chart(x_range), quote=False)

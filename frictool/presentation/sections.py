@@ -17,7 +17,7 @@ from markupsafe import Markup
 class FigureView:
     """Named range of a figure, to which a reader can zoom.
 
-    - abscissa, ordinate: ends of the range; None for the whole range
+    - abscissa, ordinate: (low, high) of the values that are shown; None for all values
     - panel: index of the panel to which `ordinate` applies
     """
 
@@ -89,7 +89,7 @@ class TextTable:
 def aligned(rows: Sequence[Sequence[str]], names: int | None = None) -> list[str]:
     """Return rows of equal length as lines of text with aligned columns.
 
-    The first `names` columns are left-aligned, the others right-aligned. If `names` is None, all
+    The first `names` columns are left-aligned, all others right-aligned. If `names` is None, all
     columns are left-aligned.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -44,7 +44,7 @@ class _Estimates:
     axis: Axis
 
     def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
-        """Return the estimate of `name`; `value` replaces the number and shifts the interval."""
+        """Return the estimate of `name`; `value` replaces its value and shifts its interval."""
         nominal = self.one.scalars()[name]
         centre = nominal if value is None else value
         low, high = (end + centre - nominal for end in self.ends.get(name, (nominal, nominal)))

@@ -60,7 +60,10 @@ class ReductionChain:
 
 
 class ReductionStopped(NoSolutionError):
-    """Error for an incomplete reduction; `steps`: steps completed before the error."""
+    """Error for an incomplete reduction.
+
+    `steps`: steps that were completed before the error.
+    """
 
     def __init__(self, message: str, steps: tuple[ReductionStep, ...]) -> None:
         super().__init__(message)

@@ -89,7 +89,10 @@ class StreamEvidence:
 
     @property
     def drawing_order(self) -> int:
-        """Return the rank for drawing (0: variant, 1: nominal stream, 2 or 3: worst stream)."""
+        """Return the rank of a stream in the order of drawing; later streams cover earlier ones.
+
+        The rank is 0 for a variant, 1 for the nominal stream, and 2 or 3 for a worst stream.
+        """
         return 2 * self.worst + self.nominal
 
     @property

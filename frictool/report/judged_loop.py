@@ -82,8 +82,8 @@ class JudgedLoop:
     def played_beyond(self, log: Log) -> str:
         """Return text on simulated plant parameters outside the intervals of the verification.
 
-        A scenario can set such values under `given` or by a drift. The text is empty if all values
-        are within the intervals.
+        A scenario can set such values by its key `given` or by a drift. The text is empty if all
+        parameters are within the intervals of the verification.
         """
         texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
         plants = [plant for plant in map(LoggedPlant.of_text, texts) if plant is not None]

@@ -35,7 +35,7 @@ def shown_velocity(stream: Stream, resolution: float) -> tuple[Vector, str] | No
 
 
 def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | str:
-    """Return (speed estimate of the controller (n,), true speed (n,)), or a reason as text."""
+    """Return (speed (n,) that the controller used, true speed (n,)), or why one is missing."""
     if not simulated:
         return "only a simulated log contains the true velocity"
     missing = [name for name in ("velocity_estimated", "velocity") if name not in stream.signals]

@@ -1,13 +1,13 @@
-"""Plant variants of a simulated axis: nominal, vertices of the ranges, random, or chosen values.
+"""Plant variants of a simulated axis: nominal, vertices, random plants, or chosen values.
 
 The ranges of inertia, viscous friction, Coulomb friction and drive constant are the result of
 `ranges` (adapters/parameter_intervals.py), as in `synth`. At a vertex, each of these four
 parameters is at one end of its range. In a random plant, each of the four is drawn uniformly from
 its range, independently of the others. A breakaway with a range is drawn, too, from the part of the
 range that is possible with the drawn Coulomb friction. At a vertex, the ratio of breakaway to
-Coulomb friction is the model's ratio. If more plants are drawn with the same seed, the first plants
-stay the same. adapters/friction_levels.py applies the values to models with additional friction
-parameters.
+Coulomb friction is the model's ratio. A larger number of random plants with the same seed begins
+with the same plants. adapters/friction_levels.py applies the values to models with additional
+friction parameters.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ ROUNDING = 1e-9  # relative rounding of a value that a file states in another un
 
 
 class ParameterEnds(NamedTuple):
-    """Range [SI] of a parameter over the simulated plants, and where the range is stated."""
+    """Range [SI] of a parameter over the simulated plants, and the place that states this range."""
 
     low: float
     high: float
@@ -40,8 +40,8 @@ def check_least(
 
     - ranges: parameters of the plant by name
     - drawn: True if plants are drawn from ranges
-    - spans: ranges in the scenario's `spread`, used if `drawn` is True
-    - provided: values under `given` of the scenario; if `drawn` is True, only parameters without a
+    - spans: ranges in the scenario's key `spread`, used if `drawn` is True
+    - provided: values in the scenario's key `given`; if `drawn` is True, only parameters without a
       range use these values
     """
     for name, parameter in ranges.items():

@@ -139,10 +139,10 @@ class SimulatedPlant(Protocol[V]):
         """
 
     def ranges(self) -> Mapping[str, VariedParameter]:
-        """Return the parameters that a scenario can set under `given`, by name."""
+        """Return the parameters that the key `given` of a scenario can set, by name."""
 
     def known(self, variant: V) -> Mapping[str, float]:
-        """Return the parameter values [SI] by which a controller can schedule gains, by name."""
+        """Return the values [SI] of the parameters by which a controller can schedule gains."""
 
     def play(self, variants: Sequence[V], loop: SimulatedLoop) -> Iterator[tuple[V, VariantRun]]:
         """Simulate each variant; yield the variant and its result.

@@ -1,9 +1,9 @@
-"""Method `lft_lpv`: polytope of the scheduled parameters, uncertainty channel for the other ones.
+"""Method `lft_lpv`: polytope of the scheduled parameters, uncertainty channel for all others.
 
-Each vertex of the polytope has a separate channel (annex C of the thesis, (28)-(32)). If the design
-names no scheduled parameters, the friction regimes are scheduled, as in the annex. The target
-hardware runs the controller of the plant in the middle of the vertices. In the example of section
-5.2 of the annex, the two vertex controllers agree at low frequencies.
+Each vertex of the polytope has a separate uncertainty channel (annex C of the thesis, (28)-(32)).
+If the design names no scheduled parameters, the friction regimes are scheduled, as in the annex.
+The target hardware runs the controller of the plant in the middle of the vertices. In the example
+of section 5.2 of the annex, the two vertex controllers agree at low frequencies.
 """
 
 from __future__ import annotations

@@ -118,8 +118,8 @@ class _PlacementSearch:
         self.free = len(self.a) - 1 + self.order - 2 - self.delay  # number of auxiliary poles
         if self.order < len(self.a) - 1:
             raise NoSolutionError(
-                f"method rst: order {self.order} is below the plant's {len(self.a) - 1} (axis, "
-                "drive, delay); raise order to at least this number"
+                f"method rst: order {self.order} is below the order {len(self.a) - 1} of the plant "
+                f"(axis, drive, delay); raise order to at least {len(self.a) - 1}"
             )
         self.plants = [
             sensitivity_plant(problem.plant(point.rates)) for point in problem.box.vertices

@@ -302,12 +302,12 @@ def _disturbance(load: LoadDisturbance, unit: str) -> list[str]:
         "the drive's limit"
     )
     lines = [
-        f"disturbance: up to {' + '.join(parts)} {unit}, {share}; the plants of the polytope are "
-        "without it, but simulate includes it"
+        f"disturbance: up to {' + '.join(parts)} {unit}, {share}; the plants of the polytope do "
+        "not include the disturbance, but simulate does"
     ]
     if load.total >= load.breakaway:
         lines.append(
-            f"  the least breakaway, {load.breakaway:.4g} {unit}, does not hold it: with the "
-            "drive off the axis may move"
+            f"  the smallest breakaway, {load.breakaway:.4g} {unit}, does not hold this "
+            "disturbance: with the drive off, the axis can move"
         )
     return lines

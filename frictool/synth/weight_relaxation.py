@@ -279,7 +279,7 @@ class _Bracket:
         """Return the next x to evaluate.
 
         Interpolation of log(gamma^2 - floor^2)/2 predicts the required gamma at this x. If
-        interpolation is impossible, x is the middle of the interval.
+        interpolation is impossible, x is the middle of the interval that contains the solution.
         """
         wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.required)
         known = [

@@ -38,7 +38,10 @@ FallbackResult = Callable[[Any, str], Any] | None
 
 @dataclass
 class PendingTask:
-    """Waiting or running task; `deaths`: number of processes that ended while they ran the task."""
+    """Task that waits or runs.
+
+    `deaths`: number of processes that ended unexpectedly while they ran the task.
+    """
 
     task: Task
     deaths: int = 0

@@ -119,7 +119,7 @@ def test_other_methods_refuse_in_one_line(method: str) -> None:
     with pytest.raises(
         UnusableLogs,
         match=f"a velocity and no position, but {method} needs a position; these methods "
-        "need none: auto",
+        "need no position: auto",
     ):
         run(method, [record], linear_bench(), IdentificationSettings())
 

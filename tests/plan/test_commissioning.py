@@ -152,7 +152,7 @@ def test_the_range_that_prevents_a_controller_is_named_first(logs: tuple[Log, Lo
 
     step = next_step(BELT, logs, narrower_only)
     assert step.name == "ranges"
-    assert f"under `mechanics` of the bench, first {words}, or give --narrow" in step.why
+    assert f"in `mechanics` of the bench, first {words}, or use --narrow" in step.why
 
     def exact(model: Model) -> SearchAnswer:
         return PASSED if exact_only(model) == PASSED else wide

@@ -118,7 +118,7 @@ def test_the_step_response_is_the_loop_s() -> None:
 
 
 def test_what_it_cannot_do_is_refused() -> None:
-    with pytest.raises(NoSolutionError, match="order 3 is below the plant's 4"):
+    with pytest.raises(NoSolutionError, match="order 3 is below the order 4 of the plant"):
         rst(_problem(order=3))
     speed = load(ROOT / "configs/clutch/designs/speed.yaml", Design)
     with pytest.raises(ValueError, match="rst belongs to structure position"):

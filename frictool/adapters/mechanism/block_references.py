@@ -104,7 +104,7 @@ class BlockNames:
     def sequence(
         self, key: str, what: str, ends: tuple[str, str], kinds: tuple[Axis, Axis]
     ) -> None:
-        """Raise ElementError if the motions of the ends are not `kinds`, in this order."""
+        """Raise ElementError if the ends do not move as `kinds` (rotary or linear, in order)."""
         where = f"{key}.between"
         motions = (self.kind(where, ends[0]), self.kind(where, ends[1]))
         if motions == kinds:

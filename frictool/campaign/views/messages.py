@@ -123,8 +123,8 @@ def _required_text(findings: Findings) -> str:
     shown = f"; shown: {percent(rate.at_least, 'down')} pass, required: {percent_text(required)}"
     if required == 1.0:
         return (
-            f"{shown}; no number of draws can show this; lower --at-least, or leave it out so that "
-            f"every draw must pass"
+            f"{shown}; no number of draws can show this; lower --at-least, or leave it out: then "
+            "every draw must pass"
         )
     needed = findings.draws_needed
     return shown if needed is None else f"{shown}; {needed} draws suffice if the same share passes"

@@ -125,7 +125,7 @@ def shorter_text(shorter: ShorterSteps) -> str:
     failing = [step for step in shorter.steps if step.failed]
     return (
         f"{_lengths(failing, shorter.unit)}: requirements not met, {_worst(shorter)}; if the axis "
-        "makes such steps, pass them to synth --scenario"
+        "makes steps of these lengths, add them to the scenario of synth --scenario"
     )
 
 

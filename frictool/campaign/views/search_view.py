@@ -81,7 +81,10 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     relaxed = relaxation_lines(findings)
     none = "no candidate passes every test if only one limit is relaxed: relax several limits"
     narrower = narrower_words(found)
-    ranges = ["narrow a range; with this range, a candidate passes every test:", f"  {narrower}"]
+    ranges = [
+        "narrow the range of a parameter; with this range, a candidate passes every test:",
+        f"  {narrower}",
+    ]
     return [
         *(f"searched: {one.family}, {_candidates(one)}" for one in found.outcomes),
         f"bound: {bound.words(bench)}",
@@ -100,7 +103,7 @@ def relaxation_lines(findings: SearchFindings) -> list[str]:
         f"  {one.metric.key}: {number_words(one.limit, one.metric.unit)}"
         for one in findings.relaxations
     ]
-    head = "relax one limit; each of these values suffices, and a smaller change may suffice, too:"
+    head = "relax one limit; each of these values suffices, and a smaller change may also suffice:"
     return [head, *relaxed] if relaxed else []
 
 

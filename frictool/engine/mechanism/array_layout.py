@@ -197,11 +197,17 @@ block, kind, level, straight = map(_place, (BLOCK, KIND, LEVEL, STRAIGHT))
 
 @bare_kernel
 def law_values(k: IntVector, row: int) -> slice:
-    """Return the indices in p of a law's parameters; row: result of `friction_row`."""
+    """Return the indices in p of a law's parameters.
+
+    row: result of `friction_row`.
+    """
     return slice(k[LAW_VALUES] + k[row + VALUES], k[LAW_VALUES] + k[row + VALUES_END])
 
 
 @bare_kernel
 def inner_states(k: IntVector, row: int) -> slice:
-    """Return the indices in y of a law's internal states; row: result of `friction_row`."""
+    """Return the indices in y of a law's internal states.
+
+    row: result of `friction_row`.
+    """
     return slice(2 * k[BLOCKS] + k[row + FIRST_INNER], 2 * k[BLOCKS] + k[row + INNER_END])

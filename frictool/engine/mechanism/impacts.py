@@ -180,10 +180,10 @@ def _part(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
 @bare_kernel
 def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -> tuple[float, int]:
-    """Return the largest approach speed of all contacts, and the index of its contact.
+    """Return (largest approach speed of all contacts, index of the contact with this speed).
 
     Approach speeds are relative to the block's speed scale. The index of a contact is the index of
-    its joint, or the number of joints plus the index of its stop; the result is -1 if no contact
+    its joint, or the number of joints plus the index of its stop; it is -1 if no contact
     approaches. If `soft` is True, touching flanks that separate count as approaching.
     """
     n = k[ly.BLOCKS]

@@ -35,7 +35,7 @@ def unreachable(rows: Sequence[ParameterAssessment]) -> str:
         factor = max(longer[row.parameter] for row in by_test)
         out.append(
             f"{_wanted(by_test)} cannot be reached with any encoder; try a test that is "
-            f"{factor:.3g} times as long, or less noise of the measured drive"
+            f"{factor:.3g} times as long, or reduce the noise of the measured drive"
         )
     out += [
         f"{_wanted([row])} cannot be reached: {row.verdict.why}"
@@ -146,7 +146,7 @@ def lines(assessment: Assessment) -> list[str]:
     if assessment.constant > 0.0:
         output.append(
             f"not included: the error of the effort constant, up to "
-            f"+-{100.0 * assessment.constant:.3g} %, which scales every parameter alike"
+            f"+-{100.0 * assessment.constant:.3g} %, which scales all parameters by the same factor"
         )
     return output
 

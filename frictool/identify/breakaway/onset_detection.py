@@ -158,7 +158,7 @@ class _Heaviest(NamedTuple):
 
 
 def _heaviest(bench: Bench, axis: Mapping[str, Interval] | None = None) -> _Heaviest:
-    """Return the upper ends of the intervals `axis`; without `axis`, of the bench's ranges."""
+    """Return the upper ends of the parameter intervals in `axis`; without it, in the bench."""
     mechanics = bench.mechanics
     gap = 0.0 if mechanics.backlash is None else max(mechanics.backlash.interval)
     if axis is None:

@@ -11,9 +11,9 @@ but that no log of sliding determines, is treated in two ways. The result with t
 is used:
 
 - The load is fitted together with the friction. Friction that varies with position may resemble the
-  load. The interval therefore also contains the result of a fit with FURTHER_ORDERS more orders of
-  friction over position.
-- The load is 0, and the interval contains every load up to `load.most`.
+  load. The interval of the breakaway therefore also contains the result of a fit in which the
+  polynomial of friction over position has FURTHER_ORDERS more orders.
+- The load is 0, and the interval of the breakaway allows for every load up to `load.most`.
 
 If the sliding log shows a ripple that the model lacks, the interval includes this ripple in every
 phase. If all onsets lie within one period of the ripple, their scatter does not show the ripple.

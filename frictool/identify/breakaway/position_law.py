@@ -194,7 +194,7 @@ def _smallest_as_good(errors: list[Vector]) -> int:
 
 
 def as_good(simple: Vector, best: Vector) -> bool:
-    """Return True if the errors `simple` (n,) are not significantly larger than `best` (n,)."""
+    """Return True if the errors `simple` (n,) are not significantly above the errors `best`."""
     more = simple**2 - best**2
     return bool(np.mean(more) <= SURE * np.std(more) / np.sqrt(more.size))
 

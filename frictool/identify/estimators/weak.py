@@ -14,9 +14,9 @@ viscous friction is its value below the first knee.
 
 The expected precision (assess/weak_form_precision.py) determines the length of the window, and
 whether the inertia is identifiable. The encoder's noise makes the fitted inertia too small. The
-error is largest if the noise is white. Half of this largest error is added to the inertia, and the
-interval is widened by the same half on either side. If strokes repeat each other, nothing is added,
-and the interval is widened by the whole largest error on either side.
+error of the inertia is largest if the noise is white. Half of this largest error is added to the
+inertia, and its interval is widened by the same half on either side. If strokes repeat each other,
+nothing is added, and the interval is widened by the whole largest error on either side.
 """
 
 from __future__ import annotations
@@ -106,9 +106,8 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if precision >= known:
         kept = {name: interval for name, interval in result.parameters.items() if name != "inertia"}
         reason = (
-            f"the weak form over {window} samples would give a half width of "
-            f"{percent(precision)}; "
-            f"the bench's range is narrower: {percent(known)}"
+            f"the weak form over {window} samples would give the inertia to {percent(precision)}; "
+            f"needed: below {percent(known)}, as in the bench"
         )
         return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})
     second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / sensing.period**2

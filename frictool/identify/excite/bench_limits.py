@@ -5,8 +5,8 @@ intervals can therefore follow a reference within these limits (thesis 4.2.3):
 
     inertia_high |a| + viscous_high |v| + coulomb_high + |offset| + load.most <= constant_low limit
 
-a is the acceleration, v the velocity, constant the drive constant, and limit the drive's limit; low
-and high are ends of the a-priori intervals.
+a is the acceleration, v the velocity, constant the drive constant, and limit the drive's limit.
+The suffixes _low and _high denote the ends of an a-priori interval.
 """
 
 from __future__ import annotations

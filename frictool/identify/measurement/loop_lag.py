@@ -5,7 +5,8 @@
 
 i is the current, and k the number of the row. The command of a row is held until the next row. The
 measured current is gain i + offset + noise. Because i is simulated from the command (output error),
-the noise need not be white. The interval comes from a jackknife over parts of the record.
+the noise need not be white. The interval of the lag comes from a jackknife over parts of the
+record.
 """
 
 from __future__ import annotations

@@ -22,8 +22,8 @@ and Lovell). For the delay, only the loads are removed.
 Schwarz's criterion (BIC) decides whether the model includes a backlash. A backlash is reported only
 if it also explains the effort better than a gradual rise of friction, as in presliding or in an
 elastic drive train. Such a rise has the share 1 - advance/width or e^(-advance/width) instead of
-[advance < width]. The intervals come from a jackknife over strokes; the position of a reversal is
-known to within a count.
+[advance < width]. The intervals of backlash and delay come from a jackknife over strokes. The
+position of a reversal is known to within an encoder count.
 """
 
 from __future__ import annotations

@@ -20,8 +20,9 @@ voltage and position (output error): the noise of the current then biases no par
 and measured current are averaged by the test function (1 - s^2)^3 (`plant/weak_form.py`), which
 reduces the noise of the position. The equation does not contain friction, inertia or load.
 
-The intervals come from a jackknife over parts of the logs. They include the bias by the noise of
-the position, and the results with three differences for the slope: central, forward and backward.
+The intervals of the results come from a jackknife over parts of the logs. They include the bias by
+the noise of the position. They also include the results with each of three differences for the
+slope: central, forward and backward.
 """
 
 from __future__ import annotations
@@ -374,7 +375,7 @@ def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
     high = max(one.high for one in known)
     if low <= 0.0:
         return UnusableLogs(
-            f"the logs' interval [{low:.4g}, {high:.4g}] reaches zero; move faster, and load the "
-            "motor more"
+            f"the logs' interval [{low:.4g}, {high:.4g}] reaches zero; use higher speeds and "
+            "currents"
         )
     return Interval(known[0].value, low, high)

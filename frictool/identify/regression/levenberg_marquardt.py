@@ -19,7 +19,7 @@ DAMPING_STEP = 10.0  # damping: factor after a refused step, divisor after an ac
 
 
 class LeastSquares(NamedTuple):
-    """Unknowns (n,) with the smallest sum of squares, residuals (m,), number of evaluations."""
+    """Result of a fit: unknowns (n,), residuals (m,) at these unknowns, number of evaluations."""
 
     unknowns: Vector
     residual: Vector

@@ -80,7 +80,7 @@ def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: fl
 
 
 def by_stroke(squares: Vector, stroke: IntVector) -> Vector:
-    """Return the sum of `squares` (g,) over the groups of rows in each of s strokes, (s,)."""
+    """Return, for each stroke (s,), the sum of `squares` (g,) over its groups of rows."""
     return np.asarray(np.bincount(stroke, squares), dtype=np.float64)
 
 

@@ -281,7 +281,7 @@ EFFECTS = (
         TEMPERATURE,
         TEMPERATURE_NAMES,
         WHAT[TEMPERATURE],
-        "record at more temperatures, or declare load.terms: [offset, temperature]",
+        "record logs at other temperatures, too, or declare load.terms: [offset, temperature]",
         columns=_temperature,
         needs_temperature=True,
     ),
@@ -292,8 +292,8 @@ EFFECTS = (
             *("eccentricity_viscous_sine", "eccentricity_viscous_cosine"),
         ),
         WHAT["eccentricity"],
-        "compare the encoder with another one over a slow turn, or declare load.terms: [offset, "
-        "eccentricity]",
+        "compare the encoder with a second encoder over a slow turn, or declare load.terms: "
+        "[offset, eccentricity]",
         columns=_eccentricity,
         needs_position=True,
     ),
@@ -301,16 +301,16 @@ EFFECTS = (
         "stribeck",
         _numbered("stribeck", len(SLOW_SHARES)),
         WHAT["stribeck"],
-        "record runs at constant speeds, slow ones too, for --method stribeck-curve, or declare "
-        "load.terms: [offset, stribeck]",
+        "record runs at constant speeds, including slow speeds, for --method stribeck-curve, or "
+        "declare load.terms: [offset, stribeck]",
         columns=_stribeck,
     ),
     Effect(
         "wide_stribeck",
         _numbered("wide_stribeck", len(WIDE_SHARES)),
         WHAT["wide_stribeck"],
-        "record runs at constant speeds, fast ones too, for --method stribeck-curve, or declare "
-        "load.terms: [offset, wide_stribeck]",
+        "record runs at constant speeds, including fast speeds, for --method stribeck-curve, or "
+        "declare load.terms: [offset, wide_stribeck]",
         columns=_wide_stribeck,
         only_widens=True,
     ),
@@ -344,8 +344,8 @@ EFFECTS = (
         "delay",
         ("delay",),
         WHAT["delay"],
-        "record a current step for --measurement, correct the time stamps or, for a current drive, "
-        "actuator.loop_time_constant_s, or declare load.terms: [offset, delay]",
+        "correct the time stamps, record a current step for --measurement, state the lag of a "
+        "current drive in actuator.loop_time_constant_s, or declare load.terms: [offset, delay]",
         columns=_delay,
     ),
     Effect(

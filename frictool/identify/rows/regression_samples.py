@@ -47,9 +47,9 @@ ROW_SIGNALS = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
 class RegressionSamples:
     """Rows of the equation effort = inertia a + viscous v + coulomb s + offset.
 
-    - acceleration, velocity, effort: signals in SI units, filtered alike, (n,)
+    - acceleration, velocity, effort: signals in SI units, with the same filter, (n,)
     - stroke: ascending number of the stroke, (n,)
-    - sign: direction s, filtered like the other signals, (n,)
+    - sign: direction s of the motion, with the filter of the signals, (n,)
     - counts: distance between successive rows, in encoder counts, (n,)
     - known_offset: offset of the bench, N m | N, or None. Without this offset, motion in one
       direction does not determine Coulomb friction.

@@ -2,8 +2,9 @@
 
 Friction dissipates energy. The work W = sum F dx of the effort F on the position x, between two
 times of standstill, goes into friction and is positive. If the sign of one sensor is reversed, W is
-negative. A spring or a weight returns its work when the axis moves back: its share of W is only the
-difference between its energies at the two standstills. Other signals show which sensor is reversed:
+negative. A spring or a weight returns its work when the axis moves back: it contributes to W only
+the difference between its energies at the two standstills. Other signals show which sensor is
+reversed:
 
     correlation of velocity and differences of position    negative: velocity is reversed
     correlation of position and its reference              negative: position is reversed;

@@ -10,11 +10,11 @@ errors are correlated. r is the variance of a row's residual, estimated from the
 multiplied by `inflation`. This factor is the number of overlapping rows that are as precise as one
 independent row.
 
-If all moves are alike, a slope of friction over speed that the model does not include looks like
-wear. If the friction of the axis has such a slope, a filter without this slope is biased; a filter
-with this slope is less precise. The evidence of the moves decides between the filters
-(docs/theory/wear.md). Similar moves repeat the rounding errors of the encoder; the evidence of a
-move is therefore multiplied by EVIDENCE and decays within MEMORY moves.
+If all moves have similar speeds, a slope of friction over speed that the model does not include
+cannot be distinguished from wear. If the friction of the axis has such a slope, a filter without
+this slope is biased; a filter with this slope is less precise. The evidence of the moves decides
+between the filters (docs/theory/wear.md). Similar moves repeat the rounding errors of the encoder;
+the evidence of a move is therefore multiplied by EVIDENCE and decays within MEMORY moves.
 """
 
 from __future__ import annotations

@@ -77,7 +77,7 @@ RECENT = 8  # moves between later updates; number of last moves that are searche
 class WearClassification:
     """Kind of wear, and the wear by direction and zone.
 
-    - kind: most likely kind; the other values assume this kind
+    - kind: most likely kind; all other values assume this kind
     - evidence: log evidence of each kind minus the log evidence of `none`
     - wear: mean wear of both directions and all observed zones
     - forward, backward: wear in a direction; None if the direction was not observed
