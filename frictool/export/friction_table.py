@@ -1,4 +1,4 @@
-"""Friction of a model as tables: against speed, against position, and for drives.
+"""Friction of a model as tables: over speed, over position, and for the compensation in drives.
 
     F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)         (thesis 2.33 and 2.34)
 

@@ -66,7 +66,8 @@ class AxisLogs:
         """Return the kink of the load that the sliding records show, or None.
 
         `load` contains load terms that replace the terms of the bench; None to use the terms of the
-        bench. After `on_one_side`, the result is None.
+        bench. The result is also None if the logs are already restricted to one side of a kink
+        (`on_one_side`), if the drive was off, or if there are no records of sliding motion.
         """
         if self.kink is not None or self.drive_off or not self.sliding:
             return None

@@ -135,7 +135,8 @@ class EffectRegression:
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
         """Return `parameters` with intervals that include the scatter of the residual between bins.
 
-        The bins divide the position, and the velocity separately for each sign of the acceleration.
+        There are two sets of bins: bins of the position; and bins of the velocity, separately for
+        each sign of the acceleration.
         """
         scatter = self.scatter()
         out = {}

@@ -185,7 +185,7 @@ class _KinkSearch:
 
     @cached_property
     def step(self) -> float:
-        """Return the distance between neighbouring knots of the first search, rad | m."""
+        """Return the spacing of the positions (knots) that the first search tries, rad | m."""
         return float(np.ptp(self.position)) / KNOTS
 
     def crossing(self, knot: float) -> NDArray[np.bool_]:
@@ -206,8 +206,8 @@ class _KinkSearch:
     def changes(self, knots: Sequence[float], rows: NDArray[np.bool_] | slice) -> Tensor:
         """Return the columns of jump and bend in some rows for k knots, (k, n, 2).
 
-        The jump is smoothed as the effort is. Within a smoothing window, the speed is taken as
-        constant.
+        The jump is smoothed by the kernel of the effort. The speed is assumed to be constant within
+        a smoothing window.
         """
         beyond = self.position[rows] - np.array(knots)[:, None]
         passed = np.concatenate(([0.0], np.cumsum(self.bump)))

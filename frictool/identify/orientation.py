@@ -59,10 +59,11 @@ def undriven(record: MotionRecord, bench: Bench, confidence: float) -> str | Non
     """Return a message if the effort of a record cannot overcome the friction, else None.
 
     Half the difference of the mean efforts forward and backward is the friction that the drive
-    overcomes, whatever the load. The message is returned if this friction, with either sign, is
-    significantly below WEAK times the smallest Coulomb friction of the bench. The rms deviation of
-    the effort from its median must also be below the smallest Coulomb friction. A small positive
-    friction is left to other messages, because the effort may have a wrong unit.
+    overcomes, whatever the load. The message is returned if the magnitude of this friction is
+    significantly below WEAK times the smallest Coulomb friction of the bench, and if the rms
+    deviation of the effort from its median is below the smallest Coulomb friction. The message is
+    not returned if the friction is significantly positive, because the effort may have a wrong
+    unit.
     """
     found = stroke_friction(*stroke_efforts(record), confidence)
     least = bench.mechanics.coulomb.interval[0]

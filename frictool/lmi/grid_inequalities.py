@@ -246,8 +246,9 @@ class GridInequalities:
         """Return the smallest relative eigenvalue (points,) of the inequalities at each grid point.
 
         A relative eigenvalue is an eigenvalue divided by the largest absolute eigenvalue of the
-        same matrix. All values are positive if all inequalities hold. x, y: coefficients of X and
-        Y.
+        same matrix. All values are positive if all inequalities hold.
+
+        - x, y: coefficients of X and of Y
         """
         smallest = []
         for cell, sides in zip(self.cells, self.sides, strict=True):

@@ -1,9 +1,10 @@
 """Propagation of the intervals of a mechanism's quantities to the numbers of the reduced model.
 
 One quantity after another is set to the ends of its interval, and the mechanism is reduced again.
-The resulting changes of a number of the model are added. This sum is exact for sums of quantities,
-and neglects the joint effect of several changes in products. With at most MOST_CORNERS quantities,
-the mechanism is therefore also reduced for every combination of interval ends. Coulomb friction and
+For each number of the model, the resulting changes are added. This is exact if the number is a sum
+of quantities. If it contains products, the joint effect of several changes is neglected. With at
+most MOST_CORNERS quantities, the mechanism is therefore also reduced for every combination of
+interval ends. Coulomb friction and
 breakaway of one element are changed together, because the Coulomb friction must not exceed the
 breakaway.
 """

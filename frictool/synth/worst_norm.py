@@ -67,7 +67,7 @@ class OpenLoopResponses:
         return OpenLoopResponses(one[:, None, None], self.p22[:, None], one[:, None], self.p22)
 
     def gains(self, k: ComplexVector) -> Vector:
-        """Return the largest singular values (k,) of the closed loop with the response `k`."""
+        """Return the largest singular values (k,) of the closed loop with the controller `k`."""
         _, gram = self._gram(k)
         return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, -1], 0.0)))
 

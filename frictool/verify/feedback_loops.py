@@ -288,7 +288,7 @@ def _diagram(
 def measured_axis(
     rates: AxisRates, lag: float, period: float, sees: tuple[str, ...], resonance: Lti | None = None
 ) -> DiagramBlock:
-    """Return the sampled axis of linear_axis.py with the outputs speed and measured signals `sees`.
+    """Return the sampled axis of linear_axis.py; outputs: the speed, then the signals `sees`.
 
     The position is a state only if it is measured or has a spring.
     """

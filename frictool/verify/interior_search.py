@@ -92,10 +92,10 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, the largest between vertices, and a plant.
+    """Return (largest sensitivity at the vertices, largest sensitivity between them, a plant).
 
     Between the vertices, POINTS scattered plants are evaluated. The returned plant has the largest
-    sensitivity of these plants.
+    sensitivity of these scattered plants.
 
     - lag: time constant of the drive [s]
     - delay: computational delay [samples]

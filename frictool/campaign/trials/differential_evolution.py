@@ -21,7 +21,8 @@ import numpy as np
 
 from frictool.typing import Vector
 
-# point of the unit cube -> badness of the metric: larger is worse, -inf without a value
+# returns the badness of the metric at a point of the unit cube: larger is worse, -inf if the metric
+# has no value
 Badness = Callable[[Vector], float]
 WORST_STREAM = (1 << 33) + 5
 LEAST_POPULATION, MOST_POPULATION = 8, 40
@@ -64,7 +65,7 @@ class SearchState:
 
     @property
     def ended(self) -> bool:
-        """Return True if no evaluation is left, or if a point has infinite badness."""
+        """Return True if no evaluation is left, or if the worst point has infinite badness."""
         return self.left <= 0 or self.worst == math.inf
 
     def at_point(self, unit: Vector) -> float:

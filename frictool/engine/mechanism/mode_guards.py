@@ -178,9 +178,10 @@ def first_dip(
     modes: IntVector,
     guard: Vector,
 ) -> float:
-    """Return the first time [s] within a step at which a guard may briefly be passed; h if none.
+    """Return the first time [s] within a step at which a guard may be passed for a short time.
 
-    h: length of the step. The search covers the guards of speeds, open flanks and stops.
+    The result is the length h of the step if there is no such time. The search covers the guards of
+    speeds, open flanks and stops.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     shortest = h

@@ -314,7 +314,7 @@ def _fit(
 
 
 def _own_motion(simulated: SegmentSimulation, fitted: SimulationFit, name: str) -> float:
-    """Return the rms motion [rad | m] that the parameter `name`, and no other one, explains."""
+    """Return the rms motion [rad | m] that only the parameter `name` explains."""
     index = simulated.names.index(name)
     column, others = fitted.jacobian[:, index], np.delete(fitted.jacobian, index, axis=1)
     own = column - others @ np.linalg.lstsq(others, column, rcond=None)[0]

@@ -1,9 +1,9 @@
 """Breakaway ramps that reach a requested precision in the shortest time.
 
-An onset is the moment at which a ramp starts to move the axis. The breakaway has two errors. The
-first averages out over the onsets. The second is due to the range of the inertia
-(assess/ramp_precision.py). Both errors grow with the rate of the ramps, whereas the duration of a
-ramp decreases. The rate with the shortest test is searched on a grid.
+An onset is the moment at which a ramp starts to move the axis. The estimated breakaway has two
+errors. The first averages out over the onsets. The second is due to the range of the inertia in the
+bench (assess/ramp_precision.py). Both errors grow with the rate of the ramps, whereas the duration
+of a ramp decreases. The rate that gives the shortest test is searched on a grid.
 
 The duration of a test counts all rows. The test contains SPARE times as many ramps as onsets, or
 more for a slow axis, and each ramp rises to its top. An axis plays fewer rows, because a ramp ends

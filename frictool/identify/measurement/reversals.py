@@ -226,7 +226,7 @@ class ReversalRegression:
         return float(np.sum(self.fit_of(width, rise)[1] ** 2))
 
     def best_width(self, widest: float, rise: Rise = "step") -> float:
-        """Return the width [rad | m], at most `widest`, with the least sum of squares."""
+        """Return the width [rad | m], at most `widest`, with the least sum of squared residuals."""
         least = NARROWEST * min(one.count for one in self.rows)
         grid = np.geomspace(min(least, 0.5 * widest), widest, GRID_POINTS)
         best = int(np.argmin([self.squares(float(width), rise) for width in grid]))

@@ -4,8 +4,11 @@ The method combines parabolic interpolation and golden section (R. Brent, Algori
 Minimization without Derivatives, 1973, chapter 5). The import of scipy.optimize would take longer
 than the searches of an identification.
 
-The state of a search is a list or an array of ten numbers: the ends of the interval, the three
-arguments with the smallest values, these three values, the last step, and the step before the last.
+The state of a search is a list or an array of ten numbers, in this order:
+
+- the two ends of the interval
+- argument and value of each of the three smallest values so far, in rising order
+- the last step, and the step before the last step
 """
 
 from __future__ import annotations

@@ -107,7 +107,7 @@ def _stands_over_units(rows: Rows, index: int) -> bool:
 
 
 def labels_above(rows: Rows, first: int, is_number: IsNumber) -> tuple[int | None, int | None]:
-    """Return the indices of the lines with names and with units above the row `first`.
+    """Return (index of the line with names, index of the line with units), above the row `first`.
 
     The index of a missing line is None.
     """

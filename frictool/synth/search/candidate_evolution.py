@@ -25,8 +25,9 @@ DRAWN = 6  # number of points drawn for each child; two of them are used
 def evolve(objective: Objective, population: Vector, random: np.random.Generator) -> None:
     """Minimise an objective in the unit cube, until all points have the same value.
 
-    population: points (p, d) of the first generation, p >= 3. For these points, the objective gets
-    infinity as the value of the parent. An exception of the objective ends the evolution.
+    population: points (p, d) of the first generation, p >= 3. For these points, the objective is
+    called with infinity as the value of the parent. An exception of the objective ends the
+    evolution.
     """
     units = population.copy()
     values = np.array([objective(unit, math.inf) for unit in population])
