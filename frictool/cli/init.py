@@ -35,10 +35,10 @@ Write commented documents for a new rig: bench.yaml, spec.yaml, designs/automati
 scenarios/steps.yaml, and a Makefile that runs the commands and writes to build/.
 
 With --from, properties that a log shows are filled in and marked as guessed: columns, units, sample
-period, and the encoder's step if the positions are not counts. A unit or a column that the log does
-not show is written as "?" with the candidates in a comment; other commands refuse the bench until
-you fill it in. If the log does not show the kind of axis, --axis is needed. Without --from, put the
-bench's logs into DIR/logs/ before you run make.
+period, and the encoder's step if the positions are not counts. A unit, column or scale that the log
+does not show is written as "?" with the candidates in a comment; other commands refuse the bench
+until you fill it in. If the log does not show the kind of axis, --axis is needed. Without --from,
+put the bench's logs into DIR/logs/ before you run make.
 
 \b
 --example writes a worked rig with its logs, which needs no changes:
