@@ -22,7 +22,7 @@ from msgspec import structs
 from frictool.campaign.design_trial import DesignTest, longest_step_of
 from frictool.campaign.doubts import slower_factor
 from frictool.campaign.draws.default_scenario import response_time
-from frictool.campaign.narrower_range import narrower_range
+from frictool.campaign.narrower_range import meets_with_nominal_plant, narrower_range
 from frictool.campaign.search_findings import CandidateExamination, SearchFindings
 from frictool.campaign.search_tests import search_tests
 from frictool.documents.design import Design
@@ -185,8 +185,12 @@ class _Search:
                 replace(_family_of(findings, outcomes), best=findings.best, passed=True)
             )
         else:
-            narrower = narrower_range(self.test, [*findings.examined, *candidates])
-            findings = replace(findings, narrower=narrower)
+            examined = [*findings.examined, *candidates]
+            findings = replace(
+                findings,
+                narrower=narrower_range(self.test, examined),
+                nominal=meets_with_nominal_plant(self.test, examined),
+            )
         return AutomaticDesign(tuple(outcomes), findings)
 
     def tolerant(
@@ -231,21 +235,32 @@ class _Search:
         scales = replace(self.scales, response=response)
         return replace(self, test=test, tests=search_tests(test), scales=scales)
 
+    def eased_outcome(
+        self, easing: float, family: CandidateFamily
+    ) -> tuple[_Search, FamilyOutcome]:
+        """Search a family for a longer response time; return the search and its outcome."""
+        eased = self.eased(easing)
+        self.progress(f"search: first for a response time of {eased.scales.response:.4g} s")
+        return eased, eased.of(family).run(self.progress)
+
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
         """Search a family again, first for a longer response time, then for shorter times.
 
         Each search starts from the design of the previous search. Return the outcome of the last
         search, for the specified response time, in a list. The list is empty if a search for a
-        longer response time fails.
+        longer response time fails. The longest time is searched first: a design for a shorter time
+        also meets the longest one, so that a failure makes the other searches useless.
         """
-        for number in range(len(EASINGS)):
-            first = self.eased(EASINGS[number])
-            self.progress(f"search: first for a response time of {first.scales.response:.4g} s")
-            outcome = first.of(family).run(self.progress)
-            if outcome.passed:
-                break
-        else:
+        *shorter, longest = EASINGS
+        first, outcome = self.eased_outcome(longest, family)
+        if not outcome.passed:
             return []
+        number = len(shorter)
+        for index, easing in enumerate(shorter):
+            nearer, found = self.eased_outcome(easing, family)
+            if found.passed:
+                number, first, outcome = index, nearer, found
+                break
         for step in (*reversed(EASINGS[:number]), 1.0):
             assert outcome.best is not None
             # with the scales of the first search, the same point denotes the same candidate

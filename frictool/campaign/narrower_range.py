@@ -31,6 +31,8 @@ from frictool.synth.search.played_tests import shortfalls
 Range = TypeVar("Range", bound=Quantity)
 
 NARROWED = ("inertia", "viscous", "coulomb", "breakaway", "constant")
+MEASURED = ("inertia", "viscous", "coulomb", "breakaway")  # parameters of `excite --for`
+WIDE = 1.5  # least factor between the ends of a wide range
 TRIED = 2  # parameters whose ranges are tried
 SEPARATED = 6  # number of candidates that are tried for one parameter
 NOMINAL = 20  # number of candidates that are first simulated with the nominal plant
@@ -143,15 +145,35 @@ def _usable(test: DesignTest, cuts: Sequence[_Cut]) -> list[_Cut]:
     controllers = CandidateControllers(test.model, test.spec)
     usable: list[_Cut] = []
     for cut in cuts[:NOMINAL]:
-        one = cut.candidate
-        passed = _passed(one).get(0)
-        if passed is None:
-            passed = not missed(test.judge(controllers(one.design), [0]))
-        if passed:
+        if _meets_nominal(test, cut.candidate, controllers):
             usable.append(cut)
         if len(usable) == SEPARATED:
             break
     return usable
+
+
+def meets_with_nominal_plant(test: DesignTest, candidates: Sequence[Candidate]) -> bool:
+    """Return True if one of the nearest candidates meets all requirements on the nominal plant."""
+    controllers = CandidateControllers(test.model, test.spec)
+    return any(_meets_nominal(test, one, controllers) for one in _nearest(candidates)[:NOMINAL])
+
+
+def _meets_nominal(test: DesignTest, one: Candidate, controllers: CandidateControllers) -> bool:
+    passed = _passed(one).get(0)
+    return not missed(test.judge(controllers(one.design), [0])) if passed is None else passed
+
+
+def widest_ranges(model: Model) -> list[tuple[str, VariedParameter]]:
+    """Return the parameters with wide ranges that a test of `excite --for` narrows, widest first.
+
+    The width is the factor between the ends. A range from 0 has no factor, and comes last.
+    """
+    wide = [
+        (name, one)
+        for name, one in parameters_of(model).items()
+        if name in MEASURED and one.high > WIDE * one.low
+    ]
+    return sorted(wide, key=lambda each: -each[1].high / each[1].low if each[1].low > 0.0 else 0.0)
 
 
 def _tried(cuts: Sequence[_Cut], parameter: VariedParameter) -> list[_Cut]:

@@ -69,6 +69,7 @@ class SearchFindings:
       test
     - examined: candidates closest to the limits, with their results on all plants
     - narrower: range of one parameter with which a candidate passes every test, or None
+    - nominal: True if a candidate meets every requirement with the nominal plant alone
     """
 
     best: Candidate | None = None
@@ -77,6 +78,7 @@ class SearchFindings:
     relaxations: tuple[Relaxation, ...] = ()
     examined: tuple[Candidate, ...] = ()
     narrower: NarrowerRange | None = None
+    nominal: bool = False
 
 
 @dataclass(frozen=True)

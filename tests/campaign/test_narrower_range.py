@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -11,7 +13,7 @@ from msgspec import structs
 
 from frictool.adapters.parameter_intervals import breakaway_ratio
 from frictool.campaign import automatic_design
-from frictool.campaign.automatic_design import AutomaticDesign, design_automatically
+from frictool.campaign.automatic_design import EASINGS, AutomaticDesign, design_automatically
 from frictool.campaign.design_trial import DesignTest, design_test
 from frictool.campaign.narrower_range import narrowed
 from frictool.campaign.views.search_view import narrower_words, refusal_lines, search_json
@@ -148,6 +150,15 @@ def test_no_range_is_named_if_the_nominal_plant_cannot_meet_the_specification(
     assert narrower_words(found) == ""
     assert search_json(found)["narrower_range"] is None
     assert not any("narrow the range" in line for line in refusal_lines(found, test))
+    assert found.findings is not None
+    assert not found.findings.nominal
+    # with a candidate for the nominal plant, the ranges are the first remedy
+    alone = replace(found, findings=replace(found.findings, relaxations=(), nominal=True))
+    lines = refusal_lines(alone, test)
+    head = next(k for k, line in enumerate(lines) if line.endswith("narrow the widest ranges"))
+    factors = [float(line.split("factor ")[1].split(")")[0]) for line in lines[head + 1 :]]
+    assert factors == sorted(factors, reverse=True)
+    assert f"(factor {highest / 1.4:.3g}); test: `frictool excite --for breakaway=10%`" in lines[-1]
 
 
 def test_all_plants_of_a_narrowed_model_lie_in_the_narrower_range() -> None:
@@ -176,3 +187,19 @@ def test_a_breakaway_without_a_range_keeps_its_ratio_to_a_narrowed_coulomb_frict
     narrow = narrowed(model, "coulomb", (1.0, 1.6))
     assert (parameters_of(narrow)["coulomb"].low, parameters_of(narrow)["coulomb"].high) == (1, 1.6)
     np.testing.assert_allclose(breakaway_ratio(narrow), breakaway_ratio(model))
+
+
+def test_a_search_that_fails_for_the_longest_time_is_not_repeated_for_shorter_times(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    searched_times = []
+
+    def failed(search: Any, easing: float, family: Any) -> tuple[Any, Any]:
+        searched_times.append(easing)
+        return search, SimpleNamespace(passed=False)
+
+    monkeypatch.setattr(automatic_design._Search, "eased_outcome", failed)
+    none: Any = None
+    search = automatic_design._Search(none, none, none, none, lambda _: None)
+    assert search.continued(PI_CASCADE) == []
+    assert searched_times == [max(EASINGS)]

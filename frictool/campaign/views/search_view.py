@@ -10,11 +10,15 @@ from frictool.adapters.model_polytope import polytope
 from frictool.adapters.shortest_step import shortest_step_times
 from frictool.campaign.automatic_design import AutomaticDesign
 from frictool.campaign.design_trial import DesignTest, longest_step_of
+from frictool.campaign.narrower_range import widest_ranges
 from frictool.campaign.search_findings import SearchFindings, others_missed
 from frictool.documents.metric_table import requirement_title
+from frictool.documents.model import Model
 from frictool.synth.search.nearest_text import distinguished, number_words, value_words
 from frictool.synth.search.played_search import Candidate, FamilyOutcome, PlayedExtent
 from frictool.synth.search.played_tests import RESERVE
+
+MOST_RANGES = 3  # largest number of ranges that a refusal lists
 
 
 class ReachedValue(NamedTuple):
@@ -79,7 +83,6 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     )
     findings = found.findings or SearchFindings()
     relaxed = relaxation_lines(findings)
-    none = "no candidate passes every test if only one limit is relaxed: relax several limits"
     narrower = narrower_words(found)
     ranges = [
         "narrow the range of a parameter; with this range, a candidate passes every test:",
@@ -89,8 +92,25 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
         *(f"searched: {one.family}, {_candidates(one)}" for one in found.outcomes),
         f"bound: {bound.words(bench)}",
         *best_lines(found, test),
-        *(relaxed or ([] if narrower else [none])),
+        *(relaxed or ([] if narrower else _several_lines(findings, test.model))),
         *(ranges if narrower else []),
+    ]
+
+
+def _several_lines(findings: SearchFindings, model: Model) -> list[str]:
+    """Return lines with the remedies if neither one limit nor one range prevents a design."""
+    wide = widest_ranges(model) if findings.nominal else []
+    if not wide:
+        return ["no candidate passes every test if only one limit is relaxed: relax several limits"]
+    ranges = []
+    for name, one in wide[:MOST_RANGES]:
+        factor = f" (factor {one.high / one.low:.3g})" if one.low > 0.0 else ""
+        ends = f"{one.low:.4g} to {one.high:.4g} {one.unit}{factor}"
+        ranges.append(f"  {name}: {ends}; test: `frictool excite --for {name}=10%`")
+    return [
+        "a candidate passes with the nominal plant, but none with all plants, also if one limit "
+        "is relaxed: narrow the widest ranges",
+        *ranges,
     ]
 
 
