@@ -15,6 +15,7 @@ from frictool.documents.quantity import (
     ChangePerKelvin,
     ChangePerSquareKelvin,
     EffortEstimate,
+    NonNegativeEffort,
     NonNegativeEffortEstimate,
     PositionSpan,
     PositiveLength,
@@ -218,6 +219,22 @@ class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     cosine: EffortEstimate
 
 
+class TotalLoad(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Sum of the offset and of all loads over the position, with the uncertainty of the sum.
+
+    On a short travel, the logs determine the sum better than its terms.
+
+    - `least`, `largest`: Smallest and largest sum at any of the positions.
+    - `error`: Largest uncertainty of the sum at any of the positions.
+    - `over`: Positions for which the values are valid; by default all positions.
+    """
+
+    least: EffortEstimate
+    largest: EffortEstimate
+    error: NonNegativeEffort
+    over: PositionSpan | None = None
+
+
 class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Position-dependent load; a positive load opposes a positive effort, as `offset` does.
 
@@ -226,12 +243,15 @@ class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `gravity`: Gravity of an unbalanced arm.
     - `ripple`: Effort ripple.
     - `harmonics`: Ripple components with other periods than `ripple`, such as harmonics.
+    - `total`: Sum of the offset and of these loads. `synth` uses this sum if its bound is smaller
+      than the sum of the bounds of its terms.
     """
 
     stiffness: StiffnessEstimate | None = None
     gravity: Gravity | None = None
     ripple: Ripple | None = None
     harmonics: tuple[Ripple, ...] = ()
+    total: TotalLoad | None = None
 
     @property
     def ripples(self) -> tuple[Ripple, ...]:

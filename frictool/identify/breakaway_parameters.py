@@ -22,6 +22,7 @@ from frictool.identify.breakaway.onset_detection import (
     passages_of,
     returning_share,
 )
+from frictool.identify.breakaway.onset_load import joint_error, joint_errors
 from frictool.identify.breakaway.stribeck_velocity import StribeckFall, StribeckVelocityRange
 from frictool.identify.estimators.auto import inertia_over_position
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
@@ -82,6 +83,12 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     axis = sliding_intervals(sliding.from_logs, logs.bench)
     confidence = logs.settings.confidence
     load = ramp_load(logs, sliding)
+    known = sliding.laws.load if sliding.laws is not None else None
+    offset = axis["offset"]
+    error = joint_error(known, offset.half_width)
+    if error is not None and known is not None and known.total is not None:
+        axis["offset"] = Interval.around(offset.value, 0.0)
+        load = replace(load, errors=joint_errors(known.total.over, error))
     ramp = breakaway(logs.ramps, logs.bench, axis, confidence, _known_fall(sliding), load)
     if "offset" in identified or logs.bench.mechanics.offset is not None:
         return ramp

@@ -17,6 +17,7 @@ import scipy
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.identify.assess.identifiability import STROKE_MEANS
+from frictool.identify.breakaway.onset_load import SPRING_UNIT, harmonic_units
 from frictool.identify.estimators.explanation_search import (
     ECCENTRICITY,
     EQUAL,
@@ -40,12 +41,20 @@ from frictool.identify.regression.multiway import equal_bins, shared_variance
 from frictool.identify.regression.regression import SingularRegressors, solve_triangles
 from frictool.identify.regression.term_selection import beyond_chance
 from frictool.identify.rows.effects import DELAY, WARMING, Hypothesis
-from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with_terms, terms_of
+from frictool.identify.rows.load_terms import (
+    GRAVITY,
+    RIPPLES,
+    SPRING,
+    TERMS,
+    bench_with_terms,
+    terms_of,
+)
 from frictool.identify.rows.regression_samples import (
     RegressionSamples,
     with_fixed,
     without_loads,
 )
+from frictool.plant.position_load import PositionLoad
 from frictool.typing import IntVector, Matrix, Vector
 
 BINS = 24  # number of bins of the position, and of velocity and sign of the acceleration
@@ -100,6 +109,7 @@ class EffectRegression:
     - noisy: True if the acceleration is too noisy to test effects whose columns resemble the
       acceleration
     - winding: True if the winding of a voltage drive may delay the effort
+    - load_zero: position at which the offset contains all loads (`SlidingFit.load_zero`)
     """
 
     rows: ReducedRows
@@ -109,6 +119,7 @@ class EffectRegression:
     confidence: float
     noisy: bool = False
     winding: bool = False
+    load_zero: float | None = None
 
     @property
     def tested(self) -> list[Hypothesis]:
@@ -493,6 +504,8 @@ def effect_regression(
         noisy = search.noisy(samples)
         samples = without_loads(_without_knees(samples, fit, bench), {*fit.refused, *fit.dropped})
         samples = with_fixed(samples, fit.fixed)
+        if fit.load_zero is not None:
+            samples = _relative_loads(samples, waves, fit.load_zero)
         rows = search.reduced_rows(samples, waves)
     except UnusableLogs:
         return None
@@ -505,12 +518,35 @@ def effect_regression(
     free = tuple(one for one in search.hypotheses if one not in used)
     winding = bench.actuator.winding_delays
     regression = EffectRegression(rows, (*used, *ripples), free, names, confidence, noisy, winding)
+    regression = replace(regression, load_zero=fit.load_zero)
     if noisy and hides and _hidden(fit, regression):
         known = {**sliding_intervals(fit.parameters, bench), **fit.parameters}["inertia"]
         rows = search.reduced_rows(with_fixed(samples, {**fit.fixed, "inertia": known}), waves)
         names = tuple(name for name in names if name != "inertia")
         return replace(regression, rows=rows, names=names)
     return regression
+
+
+def load_units(waves: Sequence[float]) -> dict[str, tuple[PositionLoad, ...]]:
+    """Return the load with an effort of 1 of each parameter of spring, gravity and ripples.
+
+    waves: wave numbers of the ripples, 1/rad | 1/m
+    """
+    ripples = {term: harmonic_units(wave) for term, wave in zip(RIPPLES, waves, strict=False)}
+    return {SPRING: SPRING_UNIT, GRAVITY: harmonic_units(1.0), **ripples}
+
+
+def _relative_loads(
+    samples: RegressionSamples, waves: Sequence[float], zero: float
+) -> RegressionSamples:
+    """Return the samples with load columns that are 0 at the position `zero` [rad | m]."""
+    place = np.array([zero])
+    loads = dict(samples.loads)
+    for term, units in load_units(waves).items():
+        for name, unit in zip(TERMS[term], units, strict=True):
+            if name in loads:
+                loads[name] = loads[name] - float(unit.at(place)[0])
+    return replace(samples, loads=loads)
 
 
 def unlikely_change(one: Interval, other: Interval) -> float:

@@ -135,6 +135,8 @@ class SlidingFit:
       None if no sample slips
     - tried: models that were compared
     - constants: identified constants of a servo
+    - load_zero: position at which the offset contains all loads over position, rad | m
+      (`total_load.py`); None if the offset does not contain them
     """
 
     parameters: dict[str, Interval]
@@ -155,3 +157,4 @@ class SlidingFit:
     force_error: float | None = None
     tried: tuple[TriedModel, ...] = ()
     constants: dict[str, Quantity] = field(default_factory=dict)
+    load_zero: float | None = None

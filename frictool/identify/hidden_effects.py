@@ -67,7 +67,8 @@ def _shift(
     else:
         size = float(np.std(values))
         # without a load in the model, the offset includes the mean load
-        alone = all(one.term != GRAVITY for one in regression.used)
+        alone = regression.load_zero is None
+        alone = alone and all(one.term != GRAVITY for one in regression.used)
         centred = {"offset": float(np.mean(values))} if alone else {}
     rates = {name: rate + centred.get(name, 0.0) for name, rate in rates.items()}
     quantile = float(scipy.special.ndtri(0.5 + 0.5 * regression.confidence))

@@ -55,6 +55,7 @@ from frictool.identify.sliding_parameters import (
     settled,
     sliding_fit,
 )
+from frictool.identify.total_load import total_load
 from frictool.identify.unmodelled_effects import WidenedFit
 
 # `identify_records` raises NothingIdentified if none of these parameters is identified
@@ -268,12 +269,28 @@ def _estimate(logs: AxisLogs) -> _Estimate:
         reason = reason or reversed_sign(logs.sliding, logs.bench, logs.settings)
         if reason is not None:
             raise _without_any(logs, reason)
+    outcome = _with_total_load(logs, outcome)
     logs = logs.with_load(outcome.laws)
     outcome = with_varying_breakaway(logs, with_breakaway(logs, outcome))
     if outcome.fit is not None:
         outcome = replace(outcome, fit=replace(outcome.fit, laws=outcome.laws))
         outcome = explained(logs, outcome)
     return _Estimate(logs, free, outcome, wider)
+
+
+def _with_total_load(logs: AxisLogs, outcome: Outcome) -> Outcome:
+    """Return the outcome; its load states the interval of the total load, if this is known.
+
+    It is unknown if a kink separates the samples of the fit from a part of the travel.
+    """
+    offset, fit, laws = outcome.identified.get("offset"), outcome.fit, outcome.laws
+    if offset is None or fit is None or laws is None or laws.load is None:
+        return outcome
+    if logs.drive_off or logs.kink is not None:
+        return outcome
+    total = total_load(fit, offset, logs.sliding, logs.bench, logs.settings.confidence)
+    load = msgspec.structs.replace(laws.load, total=total)
+    return replace(outcome, laws=msgspec.structs.replace(laws, load=load))
 
 
 def _suspects(logs: AxisLogs, outcome: Outcome, wider: WidenedFit | None) -> dict[str, list[str]]:

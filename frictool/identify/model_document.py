@@ -32,6 +32,9 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
     }
     fit = result.fit
     parameters = Parameters(**estimates)
+    laws = result.laws
+    if laws is not None and laws.load is not None and "offset" not in result.identified:
+        laws = with_fields(laws, load=with_fields(laws.load, total=None))  # of another offset
     summary = None if fit is None else FitSummary(fit.force_error, fit.condition, fit.samples)
     return Model(
         format="model/1",
@@ -45,7 +48,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
         provenance=provenance,
         not_identified=dict(result.refused),
         fit=summary,
-        laws=result.laws,
+        laws=laws,
         valid_side=None if result.kink is None else result.kink.valid_side(bench.axis),
     )
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from frictool.adapters.temperature_factors import temperature_factors
-from frictool.documents.laws import FrictionOverTemperature, Load
+from frictool.documents.laws import FrictionOverTemperature, Load, TotalLoad
 from frictool.documents.measurement import MEASURED
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
@@ -70,6 +70,8 @@ def law_lines(model: Model) -> list[str]:
         lines += temperature_lines(laws.temperature)
     if laws.load is not None:
         lines.append(f"load in addition to friction: {load_line(laws.load)}")
+        if laws.load.total is not None:
+            lines.append(total_line(laws.load.total))
     if laws.position is not None and today.coulomb.value > 0.0:
         lines.append(
             "breakaway relative to friction in slip: "
@@ -125,6 +127,21 @@ def load_line(load: Load) -> str:
             shown("cosine", ripple.cosine),
         ]
     return ", ".join(parts)
+
+
+def total_line(total: TotalLoad) -> str:
+    """Return the range of offset and load over the position as text."""
+    over = (
+        "at all positions"
+        if total.over is None
+        else (f"from {total.over.low:.4g} to {total.over.high:.4g} {total.over.unit}")
+    )
+    least, largest = total.least, total.largest
+    return (
+        f"offset and load together, {over}: {least.value:.4g} to {largest.value:.4g} {least.unit}, "
+        f"within [{least.low:.4g}, {largest.high:.4g}]; error at most {total.error.value:.3g} at "
+        "one position"
+    )
 
 
 def measurement_lines(model: Model) -> list[str]:

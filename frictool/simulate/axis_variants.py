@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from frictool.adapters.axis_dynamic_law import dynamic_law_of
@@ -28,6 +29,7 @@ from frictool.adapters.parameter_intervals import (
     hull,
     ranges,
 )
+from frictool.adapters.total_load import valid_total
 from frictool.documents.model import Model
 from frictool.documents.quantity import drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
@@ -189,6 +191,11 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
     offset = model.parameters.offset
     backlash = bench.mechanics.backlash
     parameters["breakaway"] = _breakaway(model, parameters["coulomb"], effort)
+    total = valid_total(model)
+    if total is not None:  # the loads over the position have their nominal values
+        low, high = offset.value - total.error.value, offset.value + total.error.value
+        low, high = max(low, offset.interval[0]), min(high, offset.interval[1])
+        offset = structs.replace(offset, low=low, high=high)
     ends = hull(offset) if bench.mechanics.offset is None else hull(offset, bench.mechanics.offset)
     parameters["offset"] = VariedParameter(*ends, offset.value, effort, LABELS["offset"])
     if backlash is not None:

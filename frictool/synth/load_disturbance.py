@@ -6,7 +6,8 @@
     spring     stiffness x + offset at the position x, at most its value at an end of the travel
 
 s, c, stiffness and offset are coefficients of the model, which are known within intervals. The
-offset moves the position at which the spring is relaxed, so that both are bounded together.
+offset moves the position at which the spring is relaxed, so that both are bounded together. If the
+model states the total load over the travel, its bound limits the sum.
 
 The plants of the polytope do not contain the load. The loops at their vertices are also verified
 with the stiffness of the spring (verify/spring_loop.py).
@@ -18,6 +19,7 @@ import itertools
 import math
 from dataclasses import dataclass
 
+from frictool.adapters.total_load import valid_total
 from frictool.documents.laws import Load
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate
@@ -33,6 +35,8 @@ class LoadDisturbance:
       `offset` is then 0
     - available: effort of the actuator at its limit
     - breakaway: lower end of the interval of the breakaway friction
+    - together: largest absolute value of offset and loads together on the travel; None if the model
+      does not state it
     """
 
     offset: float
@@ -41,11 +45,13 @@ class LoadDisturbance:
     spring: float
     available: float
     breakaway: float
+    together: float | None = None
 
     @property
     def total(self) -> float:
-        """Return the sum of offset, gravity, ripple and spring."""
-        return self.offset + self.gravity + self.ripple + self.spring
+        """Return the smaller of `together` and the sum of offset, gravity, ripple and spring."""
+        terms = self.offset + self.gravity + self.ripple + self.spring
+        return terms if self.together is None else min(terms, self.together)
 
 
 def disturbance(model: Model) -> LoadDisturbance:
@@ -62,9 +68,16 @@ def disturbance(model: Model) -> LoadDisturbance:
     offset, spring = largest(today.offset), 0.0
     if load.stiffness is not None:
         offset, spring = 0.0, _spring_with_offset(load.stiffness, model)
+    total = valid_total(model)
     available = actuator.constant.interval[0] * actuator.limit.value
     estimate = LoadDisturbance(
-        offset, gravity, ripple, spring, available, today.breakaway.interval[0]
+        offset,
+        gravity,
+        ripple,
+        spring,
+        available,
+        today.breakaway.interval[0],
+        None if total is None else max(largest(total.least), largest(total.largest)),
     )
     friction = largest(today.coulomb)
     if estimate.total + friction >= available:

@@ -297,13 +297,17 @@ def _disturbance(load: LoadDisturbance, unit: str) -> list[str]:
         for name in ("spring", "offset", "gravity", "ripple")
         if (value := getattr(load, name))
     ]
+    terms = load.offset + load.gravity + load.ripple + load.spring
+    if load.total < terms:
+        parts = [f"{load.total:.4g}"]
     share = (
         f"{100.0 * load.total / load.available:.2g} % of the {load.available:.4g} {unit} at "
         "the drive's limit"
     )
     lines = [
-        f"disturbance: up to {' + '.join(parts)} {unit}, {share}; the plants of the polytope do "
-        "not include the disturbance, but simulate does"
+        f"disturbance: up to {' + '.join(parts)} {unit}"
+        f"{' (offset and loads together)' if load.total < terms else ''}, {share}; the plants of "
+        "the polytope do not include the disturbance, but simulate does"
     ]
     if load.total >= load.breakaway:
         lines.append(

@@ -14,13 +14,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.adapters.axis_model import load_of
-from frictool.documents.laws import Gravity, Laws, Load, Ripple
+from frictool.documents.laws import Gravity, Laws, Load, Ripple, TotalLoad
 from frictool.documents.model import Model
-from frictool.documents.quantity import Estimate, Quantity
+from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.logs.log import Log
 from frictool.plant.position_load import load_effort
+from frictool.simulate.axis_variants import parameters_of
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.load_disturbance import amplitude, disturbance
 from studies.command_line import run
@@ -62,6 +63,34 @@ def test_the_sum_of_what_acts() -> None:
     found = disturbance(model)
     assert found.total == pytest.approx(0.006 + math.hypot(0.031, 0.041) + math.hypot(0.011, 0.021))
     assert found.available == pytest.approx(12.8e-3 * model.bench.actuator.limit.value)
+
+
+def test_offset_and_load_are_bounded_together_where_the_model_states_it() -> None:
+    """The bound of the total is used if it is smaller and describes this model and its travel."""
+    gravity = Gravity(near(0.03, 0.02), near(0.04, 0.02))
+    span = Span(-1.0, 1.0, "rad")
+    total = TotalLoad(near(-0.003), near(0.05), Quantity(0.002, unit="N m"), span)
+    travel = Span(-0.9, 0.9, "rad")
+    plain = loaded(gravity=gravity, total=total)
+    mechanics = msgspec.structs.replace(plain.bench.mechanics, travel=travel)
+    model = msgspec.structs.replace(
+        plain, bench=msgspec.structs.replace(plain.bench, mechanics=mechanics)
+    )
+    offset = {"offset": near(0.0, 0.03)}
+    parameters = msgspec.structs.replace(model.parameters, **offset)
+    model = msgspec.structs.replace(model, parameters=parameters)
+    assert disturbance(model).total == pytest.approx(0.051)
+    assert parameters_of(model)["offset"].high == pytest.approx(0.002)
+    longer = msgspec.structs.replace(mechanics, travel=Span(-0.9, 1.2, "rad"))
+    edited = msgspec.structs.replace(parameters, offset=near(0.05, 0.03))
+    for other in (
+        msgspec.structs.replace(
+            model, bench=msgspec.structs.replace(model.bench, mechanics=longer)
+        ),
+        msgspec.structs.replace(model, parameters=edited),
+    ):
+        assert disturbance(other).together is None
+        assert disturbance(other).total > 0.1
 
 
 def test_a_load_that_the_drive_cannot_bear_is_refused() -> None:

@@ -28,7 +28,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from frictool.documents.laws import Load
-from frictool.documents.quantity import Estimate
+from frictool.documents.quantity import Estimate, Span
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
 from frictool.typing import Matrix, Vector
 
@@ -37,6 +37,7 @@ PHASES = 24  # number of phases of a ripple that are tried
 NEGLIGIBLE = 1e-6  # least share of a load's effort that an offset cannot explain
 
 SPRING_UNIT = (PositionLoad(1.0),)
+CONSTANT = PositionLoad(harmonics=(LoadHarmonic(0.0, 0.0, 1.0),))
 
 
 def harmonic_units(number: float) -> tuple[PositionLoad, PositionLoad]:
@@ -91,6 +92,31 @@ class OnsetLoad:
 
 
 NO_LOAD = OnsetLoad()
+
+
+def joint_error(load: Load | None, offset: float) -> float | None:
+    """Return the error of the total load [N m | N] if it is smaller than that of its offset.
+
+    offset: half width of the interval of the offset, N m | N
+    """
+    if load is None or load.total is None or load.total.error.value >= offset:
+        return None
+    return load.total.error.value
+
+
+def joint_errors(over: Span | None, error: float) -> tuple[tuple[PositionLoad, ...], ...]:
+    """Return errors of a total load: a constant, and a line over the positions `over`.
+
+    Each has the largest effort `error` [N m | N]. Without `over`, a sine and a cosine replace the
+    line.
+    """
+    units = [CONSTANT, *harmonic_units(1.0)] if over is None else [CONSTANT]
+    if over is not None:
+        middle, slope = 0.5 * (over.low + over.high), 2.0 / (over.high - over.low)
+        units.append(load_sum([*SPRING_UNIT, CONSTANT], slope * np.array([1.0, -middle])))
+    return tuple(
+        tuple(load_sum([unit], np.array([end])) for end in (-error, error)) for unit in units
+    )
 
 
 def load_errors(load: Load | None) -> tuple[tuple[PositionLoad, ...], ...]:
