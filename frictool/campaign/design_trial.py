@@ -250,7 +250,7 @@ def design_test(
     named = [f"v{index:02d}" for index in range(1, len(vertices) + 1)]
     ends = ("", "") if highest == lowest else (", largest breakaway", ", smallest breakaway")
     names = ["nominal plant", *(f"{name}{ends[0]}" for name in named)]
-    names += [f"{name}{ends[1]}, start moved by half a count" for name in named]
+    names += [f"{name}{ends[1]}, start moved by half an encoder count" for name in named]
     names += [f"drawn plant {index}" for index in range(1, len(drawn) + 1)]
     return DesignTest(
         model,
@@ -295,7 +295,7 @@ def _about(scenario: Scenario, vertices: int, drawn: int, ends: bool) -> str:
     steps = f"{count} of {lengths_text(lengths, scenario.axis)}, " if lengths else ""
     on = (
         f"nominal plant, {vertices} vertices {'with largest and smallest breakaway ' * ends}"
-        f"from 2 starts within a count, {drawn} drawn plants (seed {scenario.seed})"
+        f"from 2 positions within an encoder count, {drawn} drawn plants (seed {scenario.seed})"
     )
     return f"{scenario.name}, {steps}{scenario.seconds:.4g} s; " + (
         on if drawn > 0 else "nominal plant"

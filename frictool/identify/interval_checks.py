@@ -43,7 +43,7 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
             if interval.high < 0.0
             else ""
         )
-        return f"the log gives {interval.value:.4g} in {shown}, which is negative{hint}"
+        return f"the log gives a negative value, {interval.value:.4g} in {shown}{hint}"
     vague = too_vague(name, interval)
     if vague is not None or known is None:
         return vague

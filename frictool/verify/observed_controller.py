@@ -65,7 +65,7 @@ class ObservedController(ResultView):
             ]
         line = (
             f"velocity from the observer: modulus margin {self.after:.3f} at vertex {self.at} with "
-            f"the observer, {self.before:.3f} without"
+            f"the observer, {self.before:.3f} without the observer"
         )
         return [line] + (
             [f"below the {self.specified:g} that was specified"]

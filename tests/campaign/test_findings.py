@@ -126,7 +126,7 @@ def test_the_text_says_what_fails_where_and_why() -> None:
         "undecided",
         "median",
         "5 to 95 %",
-        "95 % keep (95 % sure)",
+        "95 % of plants (95 % conf.)",
         "worst",
         "limit",
     ]

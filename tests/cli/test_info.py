@@ -223,7 +223,7 @@ def test_a_drive_in_another_stream_than_the_position_is_told_with_what_to_do(tmp
     path.write_bytes(as_bytes(Log((position, current), {})))
     assert facts(path)["odd"] == [
         "/axis has the position and /axis/motor has the current: `frictool ingest --resample` "
-        "puts all on one grid"
+        "puts all streams on one grid"
     ]
     assert run("ingest", path, "--resample", "0.001", "-o", joined).code == 0
     assert facts(joined)["odd"] == []

@@ -51,7 +51,7 @@ def test_a_controller_that_misses_the_specification_is_written_with_exit_code_1(
     lines = done.stdout.splitlines()
     assert lines[-8] == (
         "played: one step, 1 step of 50 rad, 0.6 s; nominal plant, 16 vertices from 2 "
-        "starts within a count, 40 drawn plants (seed 1)"
+        "positions within an encoder count, 40 drawn plants (seed 1)"
     )
     assert lines[-6].startswith("NOT MET     overshoot ")
     assert lines[-1].startswith("FAIL: ")

@@ -363,7 +363,7 @@ def test_values_of_the_bench_that_explain_less_are_told_with_both_force_errors(
     result = command("identify", log, "--bench", bench, "--method", "least-squares", "--json")
     assert result.code == 0, result.stderr
     found = json.loads(result.stdout)
-    assert "which is negative" in found["not_identified"]["viscous"]
+    assert "gives a negative value" in found["not_identified"]["viscous"]
     told = re.search(
         r"values within the bench's ranges replace viscous .* raise the force error from "
         r"(\S+) % to (\S+) %",

@@ -117,7 +117,7 @@ class BlockNames:
         hint = (
             f"; write [{ends[1]}, {ends[0]}]"
             if turned
-            else "; a rack or screw links a rotary block to a linear one"
+            else "; a rack or screw links a rotary block to a linear block"
         )
         raise ElementError(
             where, f"found {described}; allowed for {what}: a block that {required}{hint}"

@@ -215,8 +215,9 @@ def _curve(axes: Axes, findings: Findings, one: Distribution) -> None:
 def _metric_caption(findings: Findings, one: Distribution, drawn: bool) -> str:
     unit = one.metric.unit
     relation = "≤" if one.metric.relation == "<=" else "≥"
-    share = f"{percent(one.broken / findings.rate.count)} break" if one.broken else "None breaks"
-    said = [f"{share} the limit {relation} {quantity(one.metric.limit, unit)}"]
+    share = percent(one.broken / findings.rate.count)
+    who = f"{share} of the trials break" if one.broken else "No trial breaks"
+    said = [f"{who} the limit {relation} {quantity(one.metric.limit, unit)}"]
     said[0] += " (dashed)." if drawn else ", which lies outside the figure."
     if one.bound is not None:
         bound = (

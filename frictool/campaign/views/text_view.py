@@ -127,7 +127,7 @@ def _requirements(findings: Findings) -> list[str]:
         "undecided",
         "median",
         "5 to 95 %",
-        f"{percent_text(COVERED)} keep ({percent_text(findings.rate.confidence)} sure)",
+        f"{percent_text(COVERED)} of plants ({percent_text(findings.rate.confidence)} conf.)",
         "worst",
         "limit",
     )

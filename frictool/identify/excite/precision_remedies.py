@@ -34,8 +34,8 @@ def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> l
                 shown.append(f"{text} ({_seconds(duration)})")
                 break
     if not shown:
-        return ["even a factor of 16 in encoder, travel or drive limit would not suffice"]
-    return ["one of these may suffice (not simulated): " + "; ".join(shown)]
+        return ["a factor of 16 in encoder resolution, travel or drive limit would not suffice"]
+    return ["one of these changes may suffice (not simulated): " + "; ".join(shown)]
 
 
 def _seconds(duration: float) -> str:

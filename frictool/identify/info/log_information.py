@@ -209,8 +209,8 @@ def _apart(main: StreamSurvey, surveys: list[StreamSurvey]) -> str | None:
         if name in DRIVES
     ]
     return (
-        f"{main.topic} has the position and {homes[0]}: `frictool ingest --resample` puts all on "
-        "one grid"
+        f"{main.topic} has the position and {homes[0]}: `frictool ingest --resample` puts all "
+        "streams on one grid"
         if homes
         else None
     )

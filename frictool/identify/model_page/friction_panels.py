@@ -119,11 +119,7 @@ def _over_speed(model: Model, samples: SlipSamples | None) -> FigurePanel:
         _from_zero(axes)
 
     count = 0 if samples is None else samples.velocity.size
-    caption = (
-        f"Every one of the {count} samples that certainly slip"
-        if count
-        else "No sample certainly slips"
-    )
+    caption = f"The {count} samples that certainly slip" if count else "No sample certainly slips"
     return FigurePanel(
         "Friction over speed",
         f"{caption}; the lines are the model, dashed for backward motion. The band is the joint "

@@ -62,7 +62,8 @@ def _residual_over_position(samples: SlipSamples, axis: Axis) -> FigurePanel:
     return FigurePanel(
         "Residual over position",
         "Measured effort minus the effort of the model, and its mean at each position. A load or "
-        "a cogging torque has the same residual in both directions, friction the opposite one.",
+        "a cogging torque has the same residual in both directions of motion; the residual of "
+        "friction changes its sign with the direction.",
         draw,
     )
 
