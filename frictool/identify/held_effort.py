@@ -98,7 +98,7 @@ def slow_effort_warnings(
         warnings.append(
             f"{Path(record.name).name}: the effort {rates}; the log does not show whether "
             f"the effort acted as logged (inertia {effect.logged:.4g} {unit}) or interpolated "
-            f"(inertia {effect.interpolated:.4g} {unit}); {advice}"
+            f"({effect.interpolated:.4g} {unit}); {advice}"
         )
     return warnings
 
