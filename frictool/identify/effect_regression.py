@@ -7,6 +7,7 @@ strokes that were left out of the fit.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -239,7 +240,7 @@ class EffectRegression:
             if best is None or best[0] > level / (1.0 if chosen else len(tried)):
                 break
             for significance, one in self._alike(best[1], tried) if first else [best]:
-                out += self._shifted([*chosen, one], significance)
+                out += self.shifted([*chosen, one], significance)
             chosen.append(best[1])
         return out
 
@@ -399,7 +400,7 @@ class EffectRegression:
                 if self.rows.visible(rival, others) and self._as_good(
                     self.rows.squares([*others, rival]), least
                 ):
-                    out += self._shifted([*others, rival], 1.0)
+                    out += self.shifted([*others, rival], 1.0)
         return out
 
     def _as_good(self, squares: Vector | None, least: Vector | None) -> bool:
@@ -410,7 +411,7 @@ class EffectRegression:
             and not beyond_chance(least, squares, self.confidence)
         )
 
-    def _shifted(
+    def shifted(
         self, hypotheses: Sequence[Hypothesis], significance: float
     ) -> list[AcceptedEffects]:
         """Return the shift of the parameters by those `hypotheses` that the model lacks, or []."""
@@ -432,6 +433,15 @@ class EffectRegression:
         what = tuple(one.what for one in more)
         settle = more[-1].settle
         return [AcceptedEffects(what, significance, shift, held_out, whole=whole, settle=settle)]
+
+    def alternative(self, hypotheses: Sequence[Hypothesis]) -> list[AcceptedEffects]:
+        """Return the shift to a fit with `hypotheses`; its scatter includes that fit's interval.
+
+        The result is empty if the rows do not determine the fit.
+        """
+        after = replace(self, used=tuple(hypotheses)).intervals()
+        scatter = added_scatter(self.intervals(), after)
+        return [replace(one, scatter=scatter) for one in self.shifted(hypotheses, 1.0) if after]
 
     def _limited(
         self, shift: Mapping[str, float], factor: float, hypotheses: Sequence[Hypothesis]
@@ -547,6 +557,17 @@ def _relative_loads(
             if name in loads:
                 loads[name] = loads[name] - float(unit.at(place)[0])
     return replace(samples, loads=loads)
+
+
+def added_scatter(
+    before: Mapping[str, Interval], after: Mapping[str, Interval]
+) -> dict[str, float]:
+    """Return the half width that makes each interval in `before` as wide as in `after`, or 0."""
+    return {
+        name: math.sqrt(max(after[name].half_width ** 2 - one.half_width**2, 0.0))
+        for name, one in before.items()
+        if name in after
+    }
 
 
 def unlikely_change(one: Interval, other: Interval) -> float:

@@ -1,7 +1,7 @@
 """Widening of intervals by effects that the model does not include.
 
 An effect that the model lacks leaves the same residual in every stroke. The scatter between strokes
-therefore does not show the resulting error. Ten possible causes are examined
+therefore does not show the resulting error. Eleven possible causes are examined
 (docs/theory/identify_effects.md). The first adds a variance; the others shift the parameters:
 
 1. a residual that repeats at the same positions, or at the same velocities and signs of the
@@ -15,6 +15,9 @@ therefore does not show the resulting error. Ten possible causes are examined
 8. higher orders of friction over position than the model includes (`further_orders.py`)
 9. a spring, or viscous friction that differs by direction (`hidden_effects.py`)
 10. a resonance that lies above the frequencies of the motion and increases the reflected inertia
+11. friction that falls with speed (`falling_friction.py`)
+
+If two explanations predict the strokes equally well, the intervals include those of both fits.
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to the
 distance sqrt(half^2 + shift^2) from the value; half is the half width. The reason is that effects
@@ -46,11 +49,14 @@ from frictool.identify.assess.identifiability import STROKE_MEANS
 from frictool.identify.effect_regression import (
     AcceptedEffects,
     EffectRegression,
+    added_scatter,
     effect_regression,
     other_inertia,
     unlikely_change,
 )
-from frictool.identify.estimators.explanation_search import NOTICEABLE
+from frictool.identify.estimators.explanation_search import ECCENTRICITY, NOTICEABLE
+from frictool.identify.estimators.load_hypotheses import declared_term
+from frictool.identify.falling_friction import falling_friction
 from frictool.identify.fit_result import DIMENSIONS, Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.further_orders import further_orders
@@ -147,7 +153,9 @@ def widened(
     moved = _of_windows(fit, records, bench, confidence, regression, smoother)
     if regression.noisy and "inertia" not in regression.names and not other_inertia(fit):
         moved += _of_noise(fit, records, bench, confidence)
-    moved += _of_delay(fit, records, bench, confidence, regression)
+    moved += _of_delay(fit, records, bench, regression, regression)
+    moved += _of_rivals(fit, records, bench, regression)
+    moved += falling_friction(regression)
     moved += _of_timing(fit, records, bench, confidence, (regression, smoother))
     moved += _of_resonance(fit, records, bench, confidence, smoother)
     gain = regression.encoder_gain(LOCAL_GAIN)
@@ -302,20 +310,48 @@ def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -
     return AcceptedEffects((), 1.0, shift)
 
 
+def _of_rivals(
+    fit: SlidingFit,
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    regression: EffectRegression,
+) -> list[AcceptedEffects]:
+    """Return the shifts by explanations that predict the strokes as well as another one.
+
+    The widened intervals include the intervals of these fits. If the model includes one of the
+    explanations, the other one replaces it. If all are left in the residual, each is added. Ripples
+    and an eccentric encoder are not tried.
+    """
+    out = []
+    for one in fit.explanations:
+        used = [other for other in regression.used if declared_term(other) == one.name]
+        if not one.rivals or (one.state == "used" and len(used) != 1):
+            continue  # several ripples have the same name
+        others = [h for h in regression.used if one.state == "left" or h is not used[0]]
+        for rival in regression.free:
+            if rival.what in (one.what, *one.rivals) and rival.term != ECCENTRICITY:
+                model = replace(regression, used=(*others, rival))
+                out += regression.alternative(model.used)
+                if rival.term == DELAY:
+                    out += _of_delay(fit, records, bench, regression, model)
+    return out
+
+
 def _of_delay(
     fit: SlidingFit,
     records: Sequence[MotionRecord],
     bench: Bench,
-    confidence: float,
     plain: EffectRegression,
+    model: EffectRegression,
 ) -> list[AcceptedEffects]:
     """Return the shifts of the parameters by an exact delay and by an exact lag.
 
-    Each Gauss-Newton step delays or filters the effort by the present estimate and fits the
-    remaining delay to first order. A lag is tried only if the effort is early, since the inverse of
-    a lag would amplify noise.
+    `plain` is the regression of the fit, and `model` the regression with the delay. The result is
+    empty if `model` has no delay. Each Gauss-Newton step delays or filters the effort by the
+    present estimate and fits the remaining delay to first order. A lag is tried only if the effort
+    is early, since the inverse of a lag would amplify noise.
     """
-    late = fit.effects.get(DELAY)
+    late = model.intervals().get(DELAY)
     if late is None:
         return []
     before = plain.intervals()
@@ -324,13 +360,13 @@ def _of_delay(
         delay = late.value
         for _ in range(DELAY_STEPS):
             changed = [move(one, -delay) for one in records]
-            regression = effect_regression(fit, changed, bench, confidence)
-            after = {} if regression is None else regression.intervals()
+            regression = effect_regression(fit, changed, bench, plain.confidence)
+            after = {} if regression is None else replace(regression, used=model.used).intervals()
             if DELAY not in after or (move is lagging and delay + after[DELAY].value >= 0.0):
                 break
             delay += after[DELAY].value
         shift = {n: after[n].value - before[n].value for n in plain.names if n in after}
-        out.append(AcceptedEffects((), 1.0, shift))
+        out.append(AcceptedEffects((), 1.0, shift, scatter=added_scatter(before, after)))
     return out
 
 

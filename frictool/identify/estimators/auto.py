@@ -302,10 +302,7 @@ def _differentiated(
     robust = weighted_fit(records, bench, settings, by_speed)
     apart = disagreement(efficient, robust)
     if apart is None:
-        why = (
-            "least squares with equal weights and with weights by speed agree: friction is "
-            "viscous and Coulomb at all speeds used"
-        )
+        why = "least squares with equal weights and with weights by speed agree"
         fits = [replace(efficient, method=REFERENCE, why=why)]
     else:
         why = (

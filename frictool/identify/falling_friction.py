@@ -1,0 +1,63 @@
+"""Shift of the parameters by friction that falls with speed, at a speed common to all logs.
+
+    effort of the fall = c s exp(-(v/w)^2), c > 0
+
+v is the velocity and s its sign. Without this effort in the model, viscous friction becomes too
+small, and Coulomb friction too large, for every weighting of the samples. The agreement of two
+weightings therefore does not exclude a fall.
+
+The hypotheses of `explanation_search` have several columns, with w relative to the top speed of
+each record. Logs with few speeds do not determine these columns. Here, a fit has one column, with
+the same w for all records. Successive w differ by a factor of at most 2. They span the range from
+the slowest speeds in the logs to WIDEST times the top speed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
+from frictool.identify.estimators.explanation_search import ROWS_PER_WINDOW
+from frictool.identify.rows.effects import WHAT, WIDE_SHARES, Hypothesis
+from frictool.identify.rows.regression_samples import reduced
+
+WIDEST = WIDE_SHARES[-1]  # largest speed w relative to the top speed
+SLOWEST = 0.05  # share of the samples whose speeds are below the smallest w
+
+
+def falling_friction(regression: EffectRegression) -> list[AcceptedEffects]:
+    """Return the shift by the most significant fall of the friction, or [].
+
+    The result is empty if no fall is significant with Bonferroni's correction.
+    """
+    rows, used = (regression.rows, regression.used)
+    samples = rows.samples
+    speed = np.abs(samples.velocity)
+    widest = WIDEST * float(np.max(speed))
+    slowest = min(float(np.quantile(speed, SLOWEST)), widest)
+    if slowest <= 0.0:
+        return []
+    count = 1 + math.ceil(math.log2(widest / slowest))
+    widths = np.geomspace(slowest, widest, count)
+    falls = [
+        Hypothesis(name, (name,), WHAT["stribeck"], "", positive=True)
+        for name in (f"fall_{k}" for k in range(count))
+    ]
+    columns = {
+        one.term: samples.sign * np.exp(-((speed / w) ** 2))
+        for one, w in zip(falls, widths, strict=True)
+    }
+    more = replace(samples, loads={**samples.loads, **columns})
+    sliding = len(rows.names) - len(samples.loads)
+    plain = reduced(more, np.ones(speed.size), sliding, ROWS_PER_WINDOW)[0]
+    rows = replace(rows, samples=more, plain=plain, names=(*rows.names, *columns))
+    tried = [(rows.probability(one, used), one) for one in falls if rows.visible(one, used)]
+    best = min(tried, key=lambda one: one[0], default=None)
+    if best is None or count * best[0] > 1.0 - regression.confidence:
+        return []
+    extended = replace(regression, rows=rows)
+    shifts = extended.alternative([*used, best[1]])
+    return [replace(one, one_sided=True) for one in shifts]
