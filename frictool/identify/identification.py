@@ -198,8 +198,8 @@ def identify_records(
         kinds=logs.kinds,
         warnings=(
             *(one for one in logs.warnings if outcome.ramp or not one.endswith(LOOKS_SLIDING)),
-            *dict.fromkeys(chain.from_iterable(suspects.values())),
             *_warnings(logs, free, outcome),
+            *dict.fromkeys(chain.from_iterable(suspects.values())),
             *(() if wider is None else wider.warnings(outcome.identified)),
         ),
         doubts={name: texts[0] for name, texts in suspects.items() if texts and name in ordered},

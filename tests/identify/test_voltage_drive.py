@@ -186,7 +186,7 @@ def test_a_coarse_encoder_that_hides_a_lag_causes_a_warning() -> None:
         )
         log = log_of(np.arange(SAMPLES) * PERIOD, logged, axis="rotary")
         warnings = identify([log], bench).result.warnings
-        return [one for one in warnings if "per ms of the winding's L/R" in one]
+        return [one for one in warnings if "per ms of the winding's time constant L/R" in one]
 
     (doubt,) = doubts(0.0)
     assert "actuator.loop_time_constant_s" in doubt
