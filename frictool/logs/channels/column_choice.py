@@ -238,7 +238,7 @@ def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
         channel,
         "column",
         _quoted((choice.column,)),
-        "is it the effort of the drive? no other column is a known position or velocity",
+        "is it the drive's effort? no column is a known position or velocity",
     )
     return replace(choice, column=OPEN, questions=(*choice.questions, question))
 
