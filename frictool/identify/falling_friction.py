@@ -33,7 +33,8 @@ def falling_friction(regression: EffectRegression) -> list[AcceptedEffects]:
 
     The result is empty if no fall is significant with Bonferroni's correction.
     """
-    rows, used = (regression.rows, regression.used)
+    rows = regression.rows
+    used = regression.used
     samples = rows.samples
     speed = np.abs(samples.velocity)
     widest = WIDEST * float(np.max(speed))
