@@ -21,7 +21,8 @@ def valid_total(model: Model) -> TotalLoad | None:
         return None
     from frictool.adapters.axis_model import load_law  # loads numba
 
-    total, travel = load.total, model.bench.mechanics.travel
+    total = load.total
+    travel = model.bench.mechanics.travel
     over = travel if total.over is None else total.over
     if over is None:
         return total

@@ -63,7 +63,8 @@ def total_load(
         return None
     known = load_values(fit.laws)
     waves = tuple(2.0 * np.pi * one.cycles / one.per.value for one in load.ripples)
-    units, factors = [CONSTANT], [offset.value]
+    units = [CONSTANT]
+    factors = [offset.value]
     for term, parts in load_units(waves).items():
         for name, unit in zip(TERMS[term], parts, strict=True):
             if name in known:

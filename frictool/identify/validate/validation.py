@@ -212,7 +212,8 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
         inside = float(np.mean(valid))
         part = record.inside(valid)
         if LEAST_VALID <= inside < 1.0 and part is not None:
-            record, request = part, replace(request, moving=True)
+            record = part
+            request = replace(request, moving=True)
     pieces = _pieces(record, skip)
     cutoff = min(request.cutoff_hz, HIGHEST_CUTOFF / record.period)
     rows = slip_rows(record, model.bench)
