@@ -86,7 +86,7 @@ def test_a_commanded_torque_is_refused_as_such() -> None:
     """DFKI: a gravity compensation, and a torque at its limit."""
     for name, words in (
         ("gravity_compensation", "gravity compensation"),
-        ("pd__1nm_torque_limited_swingup_failure", "a saturated measurement or a command"),
+        ("pd__1nm_torque_limited_swingup_failure", "a saturated measurement, or a command"),
     ):
         log = data("field", "dfki", f"control_method_{name}__data_measured.csv")
         result = run("identify", log, "--bench", BENCHES / "dfki.yaml")
