@@ -55,6 +55,7 @@ MOST_BROKEN = 0.02
 ERRATIC = 0.5
 # mean time from the update of a current to its reading, in periods: 10 us of a period of 1 ms
 READ_LATE = 0.01
+READ_APART = 0.5  # longest time between the readings of effort and position in a row, in samples
 ROUNDING = 1e-9  # resolution of a command computed from the effort, relative to the largest command
 LONGEST_BRIDGE = 5.0  # periods; a longer interval of a jittering clock is a gap
 

@@ -44,7 +44,7 @@ import numpy as np
 import scipy
 
 from frictool.documents.bench import Bench
-from frictool.documents.quantity import Quantity, si_unit
+from frictool.documents.quantity import Quantity
 from frictool.identify.assess.identifiability import STROKE_MEANS
 from frictool.identify.effect_regression import (
     AcceptedEffects,
@@ -57,24 +57,24 @@ from frictool.identify.effect_regression import (
 from frictool.identify.estimators.explanation_search import ECCENTRICITY, NOTICEABLE
 from frictool.identify.estimators.load_hypotheses import declared_term
 from frictool.identify.falling_friction import falling_friction
-from frictool.identify.fit_result import DIMENSIONS, Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.further_orders import further_orders
 from frictool.identify.hidden_effects import hidden_effects
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, lagged, late_reading
+from frictool.identify.motion_record import READ_APART, MotionRecord, lagged, late_reading
 from frictool.identify.outcome import sliding_intervals
 from frictool.identify.rows.effects import DELAY
 from frictool.identify.winding_delay import (
     current_between_samples,
+    lag_doubts,
     undeclared_winding,
     winding_delay,
 )
 from frictool.plant.weak_form import effort_weights
 
 SMOOTHER = 2.0  # factor on the length of the smoothing windows of the second fit
-READ_APART = 0.5  # longest time between the readings of effort and position in a row, in samples
 # largest relative error of a rotary encoder's local gain: an error of 5 mrad (0.3 degrees) with one
 # cycle per turn, usual for a magnetic encoder at the end of a shaft
 LOCAL_GAIN = 5e-3
@@ -180,7 +180,7 @@ def widened(
     unknown = None if between else undeclared_winding(inertial, records, bench)
     if unknown is not None and "inertia" in wide:
         cautions.append(("inertia", unknown))
-    cautions += _lag_doubts(records, bench, regression, wide)
+    cautions += lag_doubts(records, bench, regression, wide)
     certain = [one for one in accepted if one.held_out < NOTICEABLE and one.significance <= CERTAIN]
     certain.sort(key=lambda one: one.significance)
     ratios = {
@@ -424,45 +424,6 @@ def _of_reading(
         dict.fromkeys(rates, 0.0),
         scatter={name: half * abs(one) for name, one in rates.items()},
     )
-
-
-def _lag_doubts(
-    records: Sequence[MotionRecord],
-    bench: Bench,
-    regression: EffectRegression,
-    wide: Mapping[str, Interval],
-) -> list[tuple[str, str]]:
-    """Return [(parameter, warning)] if an unknown lag of a winding can change the parameter, or [].
-
-    The lag is assumed to exceed the delay of the model, 0 if it has none, by at most one sample
-    period. There is no warning if one period of lag moves each parameter by less than the half
-    width of its interval, or if the interval of the fitted delay ends below the delay of the model
-    plus READ_APART periods. The interval of the fitted delay is not used if noise of the
-    acceleration falsifies the delay, or if the whole interval means that the voltage acts before it
-    is logged.
-    """
-    late = next((one for one in regression.hypotheses if one.term == DELAY), None)
-    known = any(one.lag > 0.0 or one.winding is not None for one in records)
-    if late is None or known or not bench.actuator.winding_delays:
-        return []
-    period = max(record.period for record in records)
-    without = regression.without(late)
-    found = without.intervals([late]).get(DELAY)
-    fitted = max(-found.value, 0.0) if found is not None and late in regression.used else 0.0
-    most = fitted + READ_APART * period
-    if not regression.noisy and found is not None and 0.0 <= -found.low < most:
-        return []
-    rates = {n: one for n, one in without.rates(late).items() if n in wide and one != 0.0}
-    name = min(rates, key=lambda one: wide[one].half_width / abs(rates[one]), default=None)
-    if name is None or wide[name].half_width >= period * abs(rates[name]):
-        return []
-    shown = f"{1e-3 * abs(rates[name]):.2g} {si_unit(DIMENSIONS[name], bench.axis)}"
-    doubt = (
-        f"{name} changes by about {shown} per ms of the winding's time constant L/R, which this "
-        "log lacks; state L/R in actuator.loop_time_constant_s, or log the current "
-        "(columns.current)"
-    )
-    return [(name, doubt)]
 
 
 def _of_sampling(

@@ -29,13 +29,13 @@ The second term changes the inertia by g K^2/R, at most T/2 K^2/R (`current_betw
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
-from frictool.identify.fit_result import Interval
+from frictool.identify.fit_result import DIMENSIONS, Interval
 from frictool.identify.measurement.bench_measurement import contradicting_constant
 from frictool.identify.measurement.winding import (
     BACK_EMF,
@@ -43,7 +43,7 @@ from frictool.identify.measurement.winding import (
     RESISTANCE,
     winding_of_records,
 )
-from frictool.identify.motion_record import JITTER, MotionRecord
+from frictool.identify.motion_record import JITTER, READ_APART, MotionRecord
 from frictool.identify.rows.effects import DELAY
 
 WHAT = "the inductance of the winding"
@@ -219,3 +219,42 @@ def undeclared_winding(
         f"inertia: the current acts {1e3 * delay.value:.3g} ms before its sample; if the voltage "
         "is held, the back-EMF makes the inertia larger; log the voltage, or state actuator.winding"
     )
+
+
+def lag_doubts(
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    regression: EffectRegression,
+    wide: Mapping[str, Interval],
+) -> list[tuple[str, str]]:
+    """Return [(parameter, warning)] if an unknown lag of a winding can change the parameter, or [].
+
+    The lag is assumed to exceed the delay of the model, 0 if it has none, by at most one sample
+    period. There is no warning if one period of lag moves each parameter by less than the half
+    width of its interval, or if the interval of the fitted delay ends below the delay of the model
+    plus READ_APART periods. The interval of the fitted delay is not used if noise of the
+    acceleration falsifies the delay, or if the whole interval means that the voltage acts before it
+    is logged.
+    """
+    late = next((one for one in regression.hypotheses if one.term == DELAY), None)
+    known = any(one.lag > 0.0 or one.winding is not None for one in records)
+    if late is None or known or not bench.actuator.winding_delays:
+        return []
+    period = max(record.period for record in records)
+    without = regression.without(late)
+    found = without.intervals([late]).get(DELAY)
+    fitted = max(-found.value, 0.0) if found is not None and late in regression.used else 0.0
+    most = fitted + READ_APART * period
+    if not regression.noisy and found is not None and 0.0 <= -found.low < most:
+        return []
+    rates = {n: one for n, one in without.rates(late).items() if n in wide and one != 0.0}
+    name = min(rates, key=lambda one: wide[one].half_width / abs(rates[one]), default=None)
+    if name is None or wide[name].half_width >= period * abs(rates[name]):
+        return []
+    shown = f"{1e-3 * abs(rates[name]):.2g} {si_unit(DIMENSIONS[name], bench.axis)}"
+    doubt = (
+        f"{name} changes by about {shown} per ms of the winding's time constant L/R, which this "
+        "log lacks; state L/R in actuator.loop_time_constant_s, or log the current "
+        "(columns.current)"
+    )
+    return [(name, doubt)]
