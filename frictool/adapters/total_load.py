@@ -11,10 +11,11 @@ POSITIONS = 201  # number of positions at which the stated total is compared wit
 
 
 def valid_total(model: Model) -> TotalLoad | None:
-    """Return `laws.load.total` of the model if it describes the model's loads on the travel.
+    """Return `laws.load.total` of the model if it holds for the model's offset and loads.
 
-    Return None if the travel in the bench goes beyond the positions of the total, or if the sum of
-    the model's offset and loads leaves its range: a part of the model was then edited.
+    Return None if the travel in the bench goes beyond the positions of the total. Return None, too,
+    if the sum of the model's offset and loads leaves the interval of the total, because a part of
+    the model was then edited.
     """
     load = None if model.laws is None else model.laws.load
     if load is None or load.total is None:

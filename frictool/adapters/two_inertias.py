@@ -4,9 +4,10 @@
     J_l x_l'' =     c (x_m' - x_l') + k (x_m - x_l) - friction of the load
 
 The sum J of the inertias is known, but neither their ratio nor the place of the encoder. After a
-stop, friction holds one body, and the body with the encoder oscillates at sqrt(k/J_m) or
-sqrt(k/J_l). With little friction, both oscillate, at sqrt(k J/(J_m J_l)). Each of these plants has
-the measured frequency and damping.
+stop, friction holds the body without the encoder. The other body oscillates at sqrt(k/J_m) (encoder
+on the motor) or sqrt(k/J_l) (encoder on the load). With little friction, both bodies oscillate, at
+sqrt(k J/(J_m J_l)). For each ratio, each place of the encoder and both cases, k and c are chosen to
+give the measured frequency and damping.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ OTHER: dict[Body, Body] = {"motor": "load", "load": "motor"}
 
 @dataclass(frozen=True)
 class TwoInertias:
-    """Plant of two inertias with an oscillation of an axis after its stops.
+    """Plant of two inertias that reproduces the oscillation of an axis after its stops.
 
     - oscillation: oscillation of the axis after its stops
     - ratio: inertia of the load divided by the inertia of the motor
@@ -140,7 +141,7 @@ class TwoInertias:
 
 
 def two_inertias(oscillation: Oscillation) -> Iterator[TwoInertias]:
-    """Yield the plants of two inertias with an oscillation of an axis after its stops."""
+    """Yield the plants of two inertias that reproduce an oscillation of an axis after its stops."""
     yield TwoInertias(oscillation, 1.0, "load", False)
     for ratio in RATIOS:
         yield TwoInertias(oscillation, ratio, "load", True)

@@ -1,9 +1,9 @@
 """Reasons why a controller that passes its test on a model may fail on the axis.
 
-- The axis rings after its stops, but the model is rigid. The loops must also be stable, with the
-  specified margin, on plants of two inertias (verify/ringing_loop.py). With the nominal parameters,
-  these plants must meet the specification in the steps of the test.
-- The model is valid on one side of a position only, but the steps leave this side.
+- The axis rings after its stops, but the model is rigid. This is no reason if two conditions hold
+  on plants of two inertias (verify/ringing_loop.py): the loops have the specified margin, and the
+  controller meets the specification in the steps of the test (nominal parameters only).
+- The model is valid on one side of a position only, but the steps of the test leave this side.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Doubts:
 def doubts_of(model: Model, controller: Controller, test: DesignTest | None) -> Doubts:
     """Return the reasons why a controller may fail on the axis of a model.
 
-    test: test that the controller passes on the model; None if it was not simulated.
+    test: test that the controller passes on the model; None if no test was simulated.
     """
     found = []
     oscillation = undeclared_ringing(model)
@@ -61,9 +61,10 @@ def doubts_of(model: Model, controller: Controller, test: DesignTest | None) -> 
 
 
 def slower_factor(controller: Controller, test: DesignTest) -> float | None:
-    """Return the factor by which a loop must be slower to tolerate the ringing of its axis.
+    """Return the factor by which a controller must be slower for an axis that rings.
 
-    The factor is 1 if the loop tolerates it, and None if no factor is known.
+    This is `RingingCheck.slower`, but at least SLOWER[0] if the steps fail on a plant of two
+    inertias.
     """
     oscillation = undeclared_ringing(test.model)
     if oscillation is None:

@@ -14,7 +14,7 @@ class ValidSide(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Side of a position on which the model is valid; on the other side, the load differs.
 
     - `side`: Side on which the model is valid.
-    - `of`: Position at which the load changes, with its interval.
+    - `of`: Position between the sides, at which the load changes, with the position's interval.
     """
 
     side: Literal["above", "below"]

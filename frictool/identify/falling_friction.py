@@ -1,15 +1,17 @@
-"""Shift of the parameters by friction that falls with speed, at a speed common to all logs.
+"""Shift of the parameters by friction that falls with speed.
 
     effort of the fall = c s exp(-(v/w)^2), c > 0
 
-v is the velocity and s its sign. Without this effort in the model, viscous friction becomes too
-small, and Coulomb friction too large, for every weighting of the samples. The agreement of two
-weightings therefore does not exclude a fall.
+v is the velocity, s its sign, and w the speed of the fall, which all logs have in common. Without
+this effort in the model, viscous friction becomes too small, and Coulomb friction too large, for
+every weighting of the samples. If the fits with two weightings agree, as `auto` requires, they may
+therefore both lack a fall.
 
-The hypotheses of `explanation_search` have several columns, with w relative to the top speed of
-each record. Logs with few speeds do not determine these columns. Here, a fit has one column, with
-the same w for all records. Successive w differ by a factor of at most 2. They span the range from
-the slowest speeds in the logs to WIDEST times the top speed.
+`explanation_search` tests a fall with several columns at once. Each column has another w, relative
+to the top speed of each record. Logs with few speeds do not determine these columns. Here, a fit
+has one column, with the same w for all records. Successive w differ by a factor of at most 2. The
+smallest w exceeds the speed of the slowest samples (share SLOWEST), and the largest w is WIDEST
+times the top speed of all logs.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ SLOWEST = 0.05  # share of the samples whose speeds are below the smallest w
 
 
 def falling_friction(regression: EffectRegression) -> list[AcceptedEffects]:
-    """Return the shift by the most significant fall of the friction, or [].
+    """Return the shifts of the parameters that the most significant fall causes.
 
     The result is empty if no fall is significant with Bonferroni's correction.
     """

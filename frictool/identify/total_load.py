@@ -1,15 +1,16 @@
 """Interval of the total load: the sum of the offset and of all loads over the position.
 
 On a short travel, offset and loads over the position are nearly collinear. Their separate intervals
-are then much wider than the interval of their sum. The sum of d coefficients, each times a function
-of the position, is a linear combination of its values at d positions, the nodes:
+are then much wider than the interval of their sum. The total load contains d functions of the
+position, each with a coefficient. The values of the total at d positions, the nodes, therefore
+determine the total at every position:
 
     total(x) = sum over nodes l_j(x) total(x_j)
 
-If all columns of loads are 0 at a node, the offset of the fit is the total load at this node. The
-interval of the total at a node therefore includes the same effects as the interval of an offset
-(`unmodelled_effects.py`), and the effect of the fixed parameters. The intervals at the nodes bound
-the total at every position.
+For each node, the columns of the loads are shifted so that they are 0 at the node. The offset of
+this fit is the total load at the node. Its interval includes the same effects as that of any offset
+(`unmodelled_effects.py`), and the effect of the fixed parameters. At a position x, the interval of
+the total is the sum of the nodes' intervals, each times l_j(x).
 """
 
 from __future__ import annotations
@@ -45,14 +46,18 @@ def total_load(
     bench: Bench,
     confidence: float,
 ) -> TotalLoad | None:
-    """Return the total load over the travel in bench.yaml; without a travel, at all positions.
+    """Return the total load over the travel, or over the common period of the loads.
+
+    The common period is used if bench.yaml states no travel.
 
     - fit: fit with a load over the position
     - offset: offset of the model
 
-    Return None if the fit has no load, if the logs do not determine a load that the bench declares,
-    if the loads have no common period and bench.yaml states no travel, or if the logs do not
-    determine the interval.
+    Return None in these cases:
+
+    - The fit has no load.
+    - The logs do not determine a load that the bench declares, or the interval of the total.
+    - bench.yaml states no travel, and the loads have no common period.
     """
     load = None if fit.laws is None else fit.laws.load
     hidden = {name for names in TERMS.values() for name in names} & fit.refused.keys()

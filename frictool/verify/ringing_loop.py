@@ -26,12 +26,14 @@ SLOWER = (2.0, 4.0, 8.0, 16.0)  # tried ratios of the loop's time constants to t
 
 @dataclass(frozen=True)
 class RingingCheck:
-    """Smallest modulus margin of the loops on plants of two inertias, 0 if a loop is unstable.
+    """Smallest modulus margin of a controller's loops over all plants of two inertias.
+
+    The margin is 0 if a loop is unstable on a plant.
 
     - plant: plant with the smallest margin
     - required: required margin
-    - slower: factor by which a loop of this shape must be slower to be `shown`; 1 if it is `shown`,
-      None if the largest of SLOWER does not suffice
+    - slower: smallest factor of SLOWER by which all time constants of the controller must be longer
+      for the required margin; 1 if it has this margin, None if no factor suffices
     """
 
     plant: TwoInertias

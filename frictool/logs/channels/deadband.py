@@ -1,4 +1,4 @@
-"""Deadband of a compressed record: the logger leaves out a change that is smaller."""
+"""Deadband of a compressed record: the logger leaves out changes that are smaller."""
 
 from __future__ import annotations
 
@@ -43,8 +43,9 @@ def deadband(values: Vector) -> tuple[float, float] | None:
 
     values: equidistant samples (n,), all multiples of the step.
 
-    A deadband leaves out changes of a single step, also where a signal reverses or begins to move.
-    An axis in fast motion has no changes of a single step either, but it seldom reverses.
+    A signal with a deadband has no changes of a single step, even where it reverses or begins to
+    move. A fast axis also has no changes of a single step, but it seldom reverses. The result is
+    therefore None for a signal that seldom reverses or begins to move.
     """
     changes = np.diff(values)
     moves = changes != 0.0

@@ -1,4 +1,4 @@
-"""Time column that bench.yaml does not assign, although it contradicts the sample period."""
+"""Time column that bench.yaml does not assign and that contradicts the stated sample period."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FEWEST_ROWS = 8  # least number of rows from which a period is computed
 
 
 class RowPeriod(NamedTuple):
-    """Mean increase of a column from row to row, and its error by rounded times (column's unit)."""
+    """Mean increase of a column per row, and its error due to rounding, in the column's unit."""
 
     mean: float
     error: float
@@ -30,10 +30,10 @@ class RowPeriod(NamedTuple):
 def unassigned_time(table: RawTable, period: float) -> str | None:
     """Return a warning if a time column of the table contradicts the sample period; else None.
 
-    A time column increases, and its unit or its name denotes a time. Several successive rows may
-    have the same time if these runs are equally long, as of times in whole seconds. A column
-    without a unit whose steps are 1 counts rows. If one time column agrees with the sample period,
-    the result is None.
+    A time column increases, and its unit or its name denotes a time. Successive rows may share a
+    time, for example in whole seconds, if equally many rows share each time. A column that has no
+    unit and increases by 1 per row is a row number, and no time. If one time column agrees with the
+    sample period, the result is None.
 
     table: table whose rows are read at equal intervals, because bench.yaml assigns no time.
     period: sample period [s] of bench.yaml.

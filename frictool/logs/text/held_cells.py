@@ -1,4 +1,4 @@
-"""Empty cells that repeat the last value of their column, as in the export of a historian."""
+"""Empty cells that mean an unchanged value, as in the export of a process historian."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from frictool.logs.raw_table import RowBlock
 class HeldCells:
     """Filler of the cells without a number, block by block.
 
-    The first rows are left out until each column with a number in its first block has had one.
+    Rows at the start are left out until each column has a number. A column without a number in the
+    first block of the file is not waited for.
     """
 
     def __init__(self) -> None:
