@@ -19,14 +19,10 @@ from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.identify.assess.identifiability import STROKE_MEANS
 from frictool.identify.breakaway.onset_load import SPRING_UNIT, harmonic_units
-from frictool.identify.estimators.explanation_search import (
-    ECCENTRICITY,
-    EQUAL,
-    LIKE_ACCELERATION,
-    ExplanationSearch,
-)
+from frictool.identify.estimators.explanation_search import EQUAL, LIKE_ACCELERATION
 from frictool.identify.estimators.hypothesis_rows import ReducedRows
 from frictool.identify.estimators.load_hypotheses import declared_term, harmonic, wave_numbers
+from frictool.identify.estimators.searched_records import ECCENTRICITY, SearchedRecords
 from frictool.identify.fit_result import (
     SLIDING,
     Interval,
@@ -50,11 +46,7 @@ from frictool.identify.rows.load_terms import (
     bench_with_terms,
     terms_of,
 )
-from frictool.identify.rows.regression_samples import (
-    RegressionSamples,
-    with_fixed,
-    without_loads,
-)
+from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed, without_loads
 from frictool.plant.position_load import PositionLoad
 from frictool.typing import IntVector, Matrix, Vector
 
@@ -507,31 +499,31 @@ def effect_regression(
     """
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:
-        search = ExplanationSearch.of(records, structure, IdentificationSettings(confidence))
-        search = replace(search.smoother(smoother), widens=True)
-        waves = wave_numbers(fit.load) or search.declared_waves
-        samples = search.samples(waves)
-        noisy = search.noisy(samples)
+        searched = SearchedRecords.of(records, structure, IdentificationSettings(confidence))
+        searched = replace(searched.smoother(smoother), widens=True)
+        waves = wave_numbers(fit.load) or searched.declared_waves
+        samples = searched.samples(waves)
+        noisy = searched.noisy(samples)
         samples = without_loads(_without_knees(samples, fit, bench), {*fit.refused, *fit.dropped})
         samples = with_fixed(samples, fit.fixed)
         if fit.load_zero is not None:
             samples = _relative_loads(samples, waves, fit.load_zero)
-        rows = search.reduced_rows(samples, waves)
+        rows = searched.reduced_rows(samples, waves)
     except UnusableLogs:
         return None
     names = tuple(name for name in SLIDING if name in fit.parameters and name in rows.base)
     if not names:
         return None
     terms = () if fit.load is None else fit.load.terms
-    used = tuple(one for one in search.hypotheses if declared_term(one) in terms)
-    ripples = tuple(harmonic(term) for term in RIPPLES[len(search.declared_waves) : len(waves)])
-    free = tuple(one for one in search.hypotheses if one not in used)
+    used = tuple(one for one in searched.hypotheses if declared_term(one) in terms)
+    ripples = tuple(harmonic(term) for term in RIPPLES[len(searched.declared_waves) : len(waves)])
+    free = tuple(one for one in searched.hypotheses if one not in used)
     winding = bench.actuator.winding_delays
     regression = EffectRegression(rows, (*used, *ripples), free, names, confidence, noisy, winding)
     regression = replace(regression, load_zero=fit.load_zero)
     if noisy and hides and _hidden(fit, regression):
         known = {**sliding_intervals(fit.parameters, bench), **fit.parameters}["inertia"]
-        rows = search.reduced_rows(with_fixed(samples, {**fit.fixed, "inertia": known}), waves)
+        rows = searched.reduced_rows(with_fixed(samples, {**fit.fixed, "inertia": known}), waves)
         names = tuple(name for name in names if name != "inertia")
         return replace(regression, rows=rows, names=names)
     return regression

@@ -22,7 +22,7 @@ from dataclasses import replace
 import numpy as np
 
 from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
-from frictool.identify.estimators.explanation_search import ROWS_PER_WINDOW
+from frictool.identify.estimators.searched_records import ROWS_PER_WINDOW
 from frictool.identify.rows.effects import WHAT, WIDE_SHARES, Hypothesis
 from frictool.identify.rows.regression_samples import reduced
 

@@ -21,7 +21,7 @@ import scipy
 from numpy.polynomial import legendre
 
 from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
-from frictool.identify.estimators.explanation_search import ROWS_PER_WINDOW
+from frictool.identify.estimators.searched_records import ROWS_PER_WINDOW
 from frictool.identify.rows.load_terms import SPRING, TERMS
 from frictool.identify.rows.position_orders import FITTED_ORDERS, OVER_POSITION, spline_scale
 from frictool.typing import IntVector, Matrix, Vector

@@ -21,7 +21,7 @@ import numpy as np
 import scipy
 
 from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
-from frictool.identify.estimators.explanation_search import ROWS_PER_WINDOW
+from frictool.identify.estimators.searched_records import ROWS_PER_WINDOW
 from frictool.identify.rows.effects import Hypothesis
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, SPRING
 from frictool.typing import IntVector, Vector

@@ -41,13 +41,10 @@ from frictool.documents.bench import Bench
 from frictool.documents.load_terms import LoadTerms
 from frictool.documents.quantity import Axis, Quantity, si_unit
 from frictool.documents.valid_side import ValidSide
-from frictool.identify.estimators.explanation_search import (
-    FALSE_ALARM,
-    ROWS_PER_WINDOW,
-    ExplanationSearch,
-)
+from frictool.identify.estimators.explanation_search import FALSE_ALARM
 from frictool.identify.estimators.hypothesis_rows import ReducedRows
 from frictool.identify.estimators.load_hypotheses import harmonic
+from frictool.identify.estimators.searched_records import ROWS_PER_WINDOW, SearchedRecords
 from frictool.identify.fit_result import SLIDING, Interval, UnusableLogs, intervals_around
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
@@ -324,8 +321,8 @@ def load_kink(
     """
     explained = bench if load is None else msgspec.structs.replace(bench, load=load)
     try:
-        search = _with_short_windows(ExplanationSearch.of(records, explained, settings))
-        parts = search.samples_of_records(search.declared_waves)
+        searched = _with_short_windows(SearchedRecords.of(records, explained, settings))
+        parts = searched.samples_of_records(searched.declared_waves)
         samples = joined(parts)
         names, refused = parameters_of(samples)
     except UnusableLogs:
@@ -335,9 +332,9 @@ def load_kink(
         return None
     times = [
         np.full(part.velocity.size, 0.5 * (window - 2) * record.period)
-        for part, window, record in zip(parts, search.windows, search.records, strict=True)
+        for part, window, record in zip(parts, searched.windows, searched.records, strict=True)
     ]
-    tried = {name for one in search.hypotheses for name in one.names}
+    tried = {name for one in searched.hypotheses for name in one.names}
     # in equal strokes, viscous friction by direction resembles a load
     tried -= set(TERMS[DIRECTION])
     fitted = {name: one for name, one in samples.loads.items() if name not in tried}
@@ -348,9 +345,9 @@ def load_kink(
         return _KinkSearch(
             samples,
             position,
-            np.concatenate(times) * np.abs(samples.velocity) + search.records[0].resolution,
-            bump(search.windows[0], search.records[0].period),
-            search.noise,
+            np.concatenate(times) * np.abs(samples.velocity) + searched.records[0].resolution,
+            bump(searched.windows[0], searched.records[0].period),
+            searched.noise,
             settings.confidence,
             _independent({**dict(zip(names, samples.columns, strict=True)), **loads}),
         )
@@ -363,7 +360,7 @@ def load_kink(
     kink = _best_kink(searches, rivals, WORTH**2)
     if kink is None:
         return None
-    rippled = search_with({**fitted, **_ripples(search)}).predicted
+    rippled = search_with({**fitted, **_ripples(searched)}).predicted
     return None if _best_kink(searches, [rippled], 1.0) is None else kink
 
 
@@ -389,29 +386,29 @@ def _polynomial(position: Vector) -> dict[str, Vector]:
     return {f"order_{k}": one for k, one in enumerate(legvander(scaled, ORDER).T) if k > 0}
 
 
-def _ripples(search: ExplanationSearch) -> dict[str, Vector]:
+def _ripples(searched: SearchedRecords) -> dict[str, Vector]:
     """Return the columns (n,) of further ripples, at most MORE_RIPPLES, that the rows show."""
-    declared = search.declared_waves
+    declared = searched.declared_waves
     waves = declared
     for _ in range(MORE_RIPPLES):
         used = [harmonic(term) for term in RIPPLES[len(declared) : len(waves)]]
-        rows = search.rows(waves)
-        found = search.ripple(rows, waves, used) or search.long_ripple(rows, waves, used)
+        rows = searched.rows(waves)
+        found = searched.ripple(rows, waves, used) or searched.long_ripple(rows, waves, used)
         if found is None:
             break
         waves = (*waves, found[1].number)
-    loads = search.samples(waves).loads
+    loads = searched.samples(waves).loads
     names = [name for term in RIPPLES[len(declared) : len(waves)] for name in TERMS[term]]
     return {name: loads[name] for name in names}
 
 
-def _with_short_windows(search: ExplanationSearch) -> ExplanationSearch:
-    """Return the search with the shortest windows in which noise hides no change of the load."""
-    rows = search.rows(search.declared_waves)
+def _with_short_windows(searched: SearchedRecords) -> SearchedRecords:
+    """Return the records with the shortest windows in which noise hides no change of the load."""
+    rows = searched.rows(searched.declared_waves)
     inertia, _, coulomb = np.abs(rows.fitted(rows.columns([]))[:3]).tolist()
-    lengths = [search.smoother(factor).windows for factor in SHORTER]
+    lengths = [searched.smoother(factor).windows for factor in SHORTER]
     windows = []
-    for k, record in enumerate(search.records):
+    for k, record in enumerate(searched.records):
         noise = inertia * measurement_noise(record)
         windows.append(
             next(
@@ -421,10 +418,10 @@ def _with_short_windows(search: ExplanationSearch) -> ExplanationSearch:
                     if noise * float(np.linalg.norm(acceleration_response(record, one[k])))
                     <= QUIET * LEAST_CHANGE * coulomb
                 ),
-                search.windows[k],
+                searched.windows[k],
             )
         )
-    return replace(search, windows=tuple(windows))
+    return replace(searched, windows=tuple(windows))
 
 
 def _independent(columns: Mapping[str, Vector]) -> dict[str, Vector]:

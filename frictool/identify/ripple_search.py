@@ -14,8 +14,9 @@ from typing import NamedTuple
 import msgspec
 
 from frictool.documents.bench import Bench
-from frictool.identify.estimators.explanation_search import FALSE_ALARM, ExplanationSearch
+from frictool.identify.estimators.explanation_search import FALSE_ALARM
 from frictool.identify.estimators.load_hypotheses import harmonic
+from frictool.identify.estimators.searched_records import SearchedRecords
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
@@ -39,34 +40,34 @@ def missing_ripples(
     else:
         explained = msgspec.structs.replace(bench, load=fit.load)
     try:
-        search = ExplanationSearch.of(records, explained, settings)
+        searched = SearchedRecords.of(records, explained, settings)
     except UnusableLogs:
         return ()
-    halvings = math.ceil(math.log2(max(search.windows) / SHORTEST))
+    halvings = math.ceil(math.log2(max(searched.windows) / SHORTEST))
     level = FALSE_ALARM / (halvings + 1)
     found: list[MissingRipple] = []
     for k in range(halvings + 1):
         numbers = [ripple.number for ripple in found]
-        one = _missing_ripple(search.smoother(0.5**k), numbers, level)
+        one = _missing_ripple(searched.smoother(0.5**k), numbers, level)
         found += () if one is None else (one,)
     return tuple(found)
 
 
 def _missing_ripple(
-    search: ExplanationSearch, found: Sequence[float], level: float
+    searched: SearchedRecords, found: Sequence[float], level: float
 ) -> MissingRipple | None:
     """Return the most significant ripple with a wave number that is not in `found`, or None.
 
     `level` is the probability of a ripple by chance.
     """
-    waves = (*search.declared_waves, *found)
-    used = [harmonic(term) for term in RIPPLES[len(search.declared_waves) : len(waves)]]
+    waves = (*searched.declared_waves, *found)
+    used = [harmonic(term) for term in RIPPLES[len(searched.declared_waves) : len(waves)]]
     try:
-        ripple = search.ripple(search.rows(waves), waves, used)
+        ripple = searched.ripple(searched.rows(waves), waves, used)
         if ripple is None:
             return None
         hypothesis, peak = ripple
-        rows = search.rows((*waves, peak.number))
+        rows = searched.rows((*waves, peak.number))
     except UnusableLogs:
         return None
     chance = rows.probability(hypothesis, used)

@@ -54,8 +54,9 @@ from frictool.identify.effect_regression import (
     other_inertia,
     unlikely_change,
 )
-from frictool.identify.estimators.explanation_search import ECCENTRICITY, NOTICEABLE
+from frictool.identify.estimators.explanation_search import NOTICEABLE
 from frictool.identify.estimators.load_hypotheses import declared_term
+from frictool.identify.estimators.searched_records import ECCENTRICITY
 from frictool.identify.falling_friction import falling_friction
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import refit

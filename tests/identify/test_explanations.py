@@ -17,11 +17,9 @@ from frictool.documents.laws import Gravity, Laws, Load
 from frictool.documents.load_terms import LoadTerms, RipplePeriod, Term
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.registry import load as load_document
-from frictool.identify.estimators.explanation_search import (
-    ExplanationSearch,
-    search_explanations,
-)
+from frictool.identify.estimators.explanation_search import search_explanations
 from frictool.identify.estimators.position_spectrum import highest_peak
+from frictool.identify.estimators.searched_records import SearchedRecords
 from frictool.identify.fit_result import Explanation, SlidingFit, UnusableLogs
 from frictool.identify.fit_warnings import unstable_load_warnings
 from frictool.identify.methods import IdentificationSettings, run
@@ -218,7 +216,7 @@ def test_friction_under_the_inertial_load_only_adds_to_the_effort(share: float) 
         acceleration = np.gradient(v, axis.record.period)
         return share * axis.truth["inertia"] * np.abs(acceleration) * s
 
-    search = ExplanationSearch.of([needing(axis, pressed)], axis.bench, USUAL)
+    search = SearchedRecords.of([needing(axis, pressed)], axis.bench, USUAL)
     friction = next(one for one in search.hypotheses if one.term == "inertial_friction")
     assert search.rows(()).visible(friction, ()) is (share > 0.0)
 
@@ -454,7 +452,7 @@ def test_a_smoother_search_has_the_odd_windows_nearest_to_the_factor(factor: flo
         make_record("log", time, np.floor(np.sin(rate * time) / step) * step, time, step, 0.0)
         for rate, step in ((5.0, 1e-3), (9.0, 1e-4))
     ]
-    search = ExplanationSearch.of(logs, rotary_bench(None), USUAL)
+    search = SearchedRecords.of(logs, rotary_bench(None), USUAL)
     longest = [0.25 * stroke_samples(log) for log in logs]
     for before, after, most in zip(
         search.windows, search.smoother(factor).windows, longest, strict=True

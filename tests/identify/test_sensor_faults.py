@@ -11,7 +11,7 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.identify.estimators.auto import auto
-from frictool.identify.estimators.explanation_search import ExplanationSearch
+from frictool.identify.estimators.searched_records import SearchedRecords
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import identify_records
 from frictool.identify.measurement_faults import refuse_unmeasured
@@ -87,7 +87,7 @@ def test_an_effort_that_is_late_by_a_sample_is_a_delay_although_the_encoder_hide
     """The test's phases have different speeds: warming explains a part of what a delay explains."""
     position, effort = motion()
     late = record(position[::2], np.roll(effort[::2], 1), 2.0 * PERIOD)
-    search = ExplanationSearch.of([late], bench, SETTINGS)
+    search = SearchedRecords.of([late], bench, SETTINGS)
     assert search.noisy(search.samples(()))
     fit = auto([late], bench, SETTINGS)
     assert [one.name for one in fit.explanations if one.state == "used"] == ["delay"]

@@ -30,320 +30,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.load_terms import MOST_HARMONICS, LoadTerms
+from frictool.documents.load_terms import LoadTerms
 from frictool.identify.estimators.hypothesis_rows import ReducedRows
-from frictool.identify.estimators.load_hypotheses import (
-    LOADS,
-    UNSTABLE_SPRING,
-    Structure,
-    declared_term,
-    harmonic,
-    wave_numbers,
-)
-from frictool.identify.estimators.position_spectrum import (
-    SpectrumPeak,
-    best_whole_number,
-    highest_peak,
-    snapped,
-)
-from frictool.identify.fit_result import SLIDING, Explanation, UnusableLogs
+from frictool.identify.estimators.load_hypotheses import UNSTABLE_SPRING, Structure, declared_term
+from frictool.identify.estimators.searched_records import ECCENTRICITY, SearchedRecords
+from frictool.identify.fit_result import Explanation, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.regression.term_selection import (
-    WORTH,
-    beyond_chance,
-    clearly_better,
-    halved,
-)
-from frictool.identify.rows.effects import (
-    DELAY,
-    EFFECTS,
-    TEMPERATURE,
-    WARMING,
-    Hypothesis,
-)
-from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, RIPPLES, SPRING, TERMS
-from frictool.identify.rows.regression_samples import (
-    RegressionSamples,
-    joined,
-    parameters_of,
-    reduced,
-)
-from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping_rows, stroke_samples
-from frictool.identify.rows.smoothing import (
-    SHORTEST,
-    acceleration_response,
-    choose_window,
-    measurement_noise,
-    smoothed,
-)
-from frictool.identify.rows.temperature_law import temperatures, varies
+from frictool.identify.regression.term_selection import WORTH, beyond_chance, clearly_better
+from frictool.identify.rows.effects import DELAY, TEMPERATURE, WARMING, Hypothesis
+from frictool.identify.rows.load_terms import DIRECTION, RIPPLES, SPRING, TERMS
 from frictool.typing import Vector
 
-LONGEST_SHARE = 0.25  # longest window of `smoother`, relative to a stroke
 FALSE_ALARM = 0.02  # probability that any hypothesis is significant if all are wrong
-ROWS_PER_WINDOW = 8  # number of rows per length of a smoothing window
-MOST_ROWS = 8_000  # approximate largest number of rows of all records
-# largest number of samples that are searched; in longer logs, PARTS evenly spaced parts are
-# searched
-MOST_SAMPLES, PARTS = 300_000, 20
 MOST_LEFT = 3  # largest number of hypotheses that are reported as left in the residual
 # largest squared prediction error, relative to the error without the hypothesis, at which an effect
 # is used and a hypothesis is reported
 NOTICEABLE = 0.95
-ECCENTRICITY = "eccentricity"
-NOISY = 2.0 * SMALLEST_SHARE  # share of noise above which the acceleration counts as noisy
 LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried with noisy acceleration
 SMOOTHER = 2.0  # factor on the smoothing windows of the second test of a load
 # least rms effort of a load that only longer windows show, relative to the Coulomb friction
 SMALLEST_LOAD = 0.01
 EQUAL = 1.1  # largest ratio of the squared errors of two hypotheses that predict equally well
-
-
-@dataclass(frozen=True)
-class ExplanationSearch:
-    """Search in records of one axis for explanations of the effort.
-
-    - windows: length of the smoothing window of each record, samples
-    - widens: True if `hypotheses` also contains effects that only widen the intervals of the
-      parameters
-    """
-
-    records: Sequence[MotionRecord]
-    bench: Bench
-    settings: IdentificationSettings
-    windows: tuple[int, ...]
-    widens: bool = False
-
-    @classmethod
-    def of(
-        cls, records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
-    ) -> ExplanationSearch:
-        """Return the search in these records, or in evenly spaced parts of long records.
-
-        Raises UnusableLogs if the axis never moves by more than one encoder count.
-        """
-        share = MOST_SAMPLES / sum(record.position.size for record in records)
-        parts = [_thinned(record, share) for record in records]
-        lengths = [stroke_samples(record) for record in parts]
-        moving = [
-            (part, settings.window or choose_window(part, length, SMALLEST_SHARE))
-            for part, length in zip(parts, lengths, strict=True)
-            if length > 0.0
-        ]
-        if not moving:
-            raise UnusableLogs("the axis never moves by more than one encoder count")
-        used, windows = zip(*moving, strict=True)
-        return cls(used, bench, settings, windows)
-
-    def smoother(self, factor: float) -> ExplanationSearch:
-        """Return the search with smoothing windows that are `factor` times as long.
-
-        A longer window is at most a quarter of the record's median stroke, and a shorter window at
-        least SHORTEST samples.
-        """
-        longest = (LONGEST_SHARE * stroke_samples(record) for record in self.records)
-        windows = tuple(
-            max(
-                window if factor >= 1.0 else SHORTEST,
-                2 * int(0.5 * min(factor * window, most)) + 1,
-            )
-            for window, most in zip(self.windows, longest, strict=True)
-        )
-        return replace(self, windows=windows)
-
-    @property
-    def rotary(self) -> bool:
-        """Return whether the axis is rotary."""
-        return self.bench.axis == "rotary"
-
-    @property
-    def declared_waves(self) -> tuple[float, ...]:
-        """Return the wave numbers of the ripple that the bench declares, 1/rad | 1/m."""
-        return wave_numbers(self.bench.load)
-
-    @property
-    def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """Return the hypotheses that the records can test, in the order of `LOADS` and `EFFECTS`.
-
-        Ripples and the load terms that the bench declares are not included.
-        """
-        named = () if self.bench.load is None else self.bench.load.terms
-        measured = any(record.velocity is not None for record in self.records)
-        return tuple(
-            one
-            for one in (*LOADS, *EFFECTS)
-            if declared_term(one) not in named
-            and (self.widens or not one.only_widens)
-            and not (one.term == GRAVITY and not self.rotary)
-            and not (one.term == ECCENTRICITY and not self.rotary)
-            and not (measured and one.needs_position)
-            and (not one.needs_temperature or self.warmed)
-        )
-
-    @cached_property
-    def warmed(self) -> bool:
-        """Return whether all records have a temperature that varies enough to fit an effect."""
-        return varies(temperatures(self.records))
-
-    def samples(self, waves: tuple[float, ...]) -> RegressionSamples:
-        """Return the regression rows with the columns of all hypotheses.
-
-        Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
-        if the axis never slips for a whole smoothing window.
-        """
-        return joined(self.samples_of_records(waves))
-
-    def samples_of_records(self, waves: tuple[float, ...]) -> list[RegressionSamples]:
-        """Return the regression rows of `samples` separately for each record.
-
-        Raises UnusableLogs if the axis never slips for a whole smoothing window.
-        """
-        declared = self.bench.load or LoadTerms(("offset",))
-        terms = (*(one.term for one in self.hypotheses), *RIPPLES[: len(waves)])
-        load = Structure(terms, waves).load(self.rotary)
-        named = dict.fromkeys((*declared.terms, *load.terms[1:]))
-        load = msgspec.structs.replace(declared, terms=tuple(named), ripple=load.ripple)
-        bench = msgspec.structs.replace(self.bench, load=load)
-        size = sum(record.position.size for record in self.records)
-        least_step = max(1, size // MOST_ROWS)
-        parts = []
-        for record, window in zip(self.records, self.windows, strict=True):
-            every = max(least_step, window // ROWS_PER_WINDOW)
-            parts.append(slipping_rows(record, bench, window, smoothed(record, window), every))
-        if all(part.velocity.size == 0 for part in parts):
-            raise UnusableLogs(
-                "the axis never slips for a whole smoothing window; record longer strokes"
-            )
-        return parts
-
-    def rows(self, waves: tuple[float, ...]) -> ReducedRows:
-        """Return the regression rows with the columns of all hypotheses, as triangular matrices.
-
-        Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
-        if the axis never slips for a whole smoothing window, or if the motion does not determine
-        Coulomb friction and offset.
-        """
-        samples = self.samples(waves)
-        names, refused = parameters_of(samples)
-        if names[:3] != SLIDING[:3] or "coulomb" in refused:
-            raise UnusableLogs(
-                "the motion does not determine Coulomb friction and offset; record both directions"
-            )
-        return self.reduced_rows(samples, waves)
-
-    def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:
-        """Return the regression rows `samples`, reduced to triangular matrices by QR.
-
-        `waves` are the wave numbers [1/rad | 1/m] of the ripples with columns in `samples`. The
-        base columns, which every fit includes, are the columns of the sliding parameters without a
-        fixed value, and of the loads that the bench declares.
-        """
-        names = parameters_of(samples)[0]
-        plain, _, cluster, stroke = reduced(
-            samples, np.ones(samples.velocity.size), len(names), ROWS_PER_WINDOW
-        )
-        tried = {name for one in self.hypotheses for name in one.names}
-        fixed = len(self.declared_waves)
-        tried |= {name for term in RIPPLES[fixed : len(waves)] for name in TERMS[term]}
-        every_name = (*names, *samples.loads)
-        base = tuple(name for name in every_name if name not in tried and name not in samples.fixed)
-        return ReducedRows(samples, plain, cluster, stroke, every_name, base, self.noise)
-
-    @property
-    def noise(self) -> float:
-        """Return the rms noise of the first record's acceleration, rad/s^2 | m/s^2."""
-        record = self.records[0]
-        response = acceleration_response(record, self.windows[0])
-        return measurement_noise(record) * float(np.linalg.norm(response))
-
-    def noisy(self, samples: RegressionSamples) -> bool:
-        """Return whether the acceleration in `samples` is too noisy to test some effects.
-
-        The noise makes the fitted inertia too small, so that a part of the inertial effort is left
-        over. The effects `delay` and `resonance` would be fitted to this part.
-        """
-        return self.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
-
-    def shortest_period(self, rows: ReducedRows) -> float:
-        """Return the shortest period of a ripple that smoothing does not remove, rad | m."""
-        speed = float(np.quantile(np.abs(rows.samples.velocity), 0.25))
-        return max(
-            max(speed * window * record.period, 4.0 * record.resolution)
-            for window, record in zip(self.windows, self.records, strict=True)
-        )
-
-    def ripple(
-        self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
-    ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return the ripple at the highest peak in the spectrum of the residual, and the peak.
-
-        - waves: wave numbers of the ripples that the fit includes already, 1/rad | 1/m
-        - used: hypotheses in the fit whose residual is examined
-
-        Return None if the rows have no column of the position, if the fit has MOST_HARMONICS
-        ripples, or if the spectrum has no peak.
-        """
-        position = rows.samples.loads.get(TERMS[SPRING][0])
-        if position is None or len(waves) == MOST_HARMONICS:
-            return None
-        half = halved(np.unique(rows.samples.stroke, return_inverse=True)[1])
-        excluded = (*waves, *((1.0,) if self.rotary else ()))
-        peak = highest_peak(
-            position, rows.residual(used), half, self.shortest_period(rows), excluded
-        )
-        if peak is None:
-            return None
-        if self.rotary:
-            peak = replace(peak, number=snapped(peak))
-        return self._harmonic(waves, peak.number), peak
-
-    def long_ripple(
-        self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
-    ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return the ripple of few periods that reduces the residual most, and its peak.
-
-        On a rotary axis, a ripple has a whole number of cycles a turn. With few periods within the
-        travel, the other loads resemble the ripple, so that the spectrum of the residual does not
-        show the ripple's number of cycles. `ripple` explains parameters and result.
-        """
-        position = rows.samples.loads.get(TERMS[SPRING][0])
-        if not self.rotary or position is None or len(waves) == MOST_HARMONICS:
-            return None
-        peak = best_whole_number(position, rows.table(used), rows.residual(used), waves)
-        return None if peak is None else (self._harmonic(waves, peak.number), peak)
-
-    def _harmonic(self, waves: tuple[float, ...], number: float) -> Hypothesis:
-        """Return the hypothesis of a ripple `number` [1/rad | 1/m] in addition to `waves`."""
-        if self.rotary:
-            shown = f"{number:.4g} cycles a turn"
-            key = f"{{cycles: {number:.4g}, per: {{value: 1, unit: turn}}}}"
-        else:
-            length = 2e3 * np.pi / number
-            shown = f"a period of {length:.4g} mm"
-            key = f"{{cycles: 1, per: {{value: {length:.4g}, unit: mm}}}}"
-        what = f"a ripple over the position with {shown}"
-        settle = f"declare load: {{terms: [offset, ripple], ripple: {key}}}"
-        return harmonic(RIPPLES[len(waves)], what, settle)
-
-
-def _thinned(record: MotionRecord, share: float) -> MotionRecord:
-    if share >= 1.0:
-        return record
-    size = record.position.size
-    length = int(share * size / PARTS)
-    starts = np.linspace(0, size - length, PARTS).astype(np.int64)
-    index = (starts[:, None] + np.arange(length)).ravel()
-    kept = record.part(index)
-    breaks = np.diff(kept.piece, prepend=0) != 0
-    breaks[length::length] = True
-    return replace(kept, piece=np.cumsum(breaks))
 
 
 @dataclass(frozen=True)
@@ -369,22 +82,22 @@ class Trial:
 
 
 def _trials(
-    search: ExplanationSearch,
+    searched: SearchedRecords,
     rows: ReducedRows,
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
 ) -> list[Trial]:
-    hidden = _hidden(search, rows, waves, used)
-    free = [one for one in search.hypotheses if one not in used and one.term not in hidden]
-    level = 0.5 * FALSE_ALARM / max(len(search.hypotheses), 1)
+    hidden = _hidden(searched, rows, waves, used)
+    free = [one for one in searched.hypotheses if one not in used and one.term not in hidden]
+    level = 0.5 * FALSE_ALARM / max(len(searched.hypotheses), 1)
     candidates: list[tuple[Hypothesis, ReducedRows, float, float | None]] = [
         (one, rows, level, None) for one in free
     ]
-    for found in (search.ripple(rows, waves, used), search.long_ripple(rows, waves, used)):
+    for found in (searched.ripple(rows, waves, used), searched.long_ripple(rows, waves, used)):
         if found is None:
             continue
         ripple, peak = found
-        more = search.rows((*waves, peak.number))
+        more = searched.rows((*waves, peak.number))
         candidates.append((ripple, more, 0.5 * FALSE_ALARM / peak.tried, peak.number))
     out = []
     for one, table, chance, wave in candidates:
@@ -401,7 +114,7 @@ def _stable(one: Hypothesis, rows: ReducedRows, others: Sequence[Hypothesis]) ->
 
 
 def _hidden(
-    search: ExplanationSearch,
+    searched: SearchedRecords,
     rows: ReducedRows,
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
@@ -413,18 +126,18 @@ def _hidden(
     delay of a voltage drive is tested if the effort acts later than logged, as with the inductance
     of the winding. A servo that feeds the noise back lets the effort seem to act earlier.
     """
-    if not search.noisy(rows.samples):
+    if not searched.noisy(rows.samples):
         return ()
-    if search.bench.actuator.winding_delays:
+    if searched.bench.actuator.winding_delays:
         return LIKE_ACCELERATION[1:] if rows.lags(used) else LIKE_ACCELERATION
-    smoother = search.smoother(SMOOTHER)
+    smoother = searched.smoother(SMOOTHER)
     try:
         smooth = smoother.rows(waves)
     except UnusableLogs:
         return LIKE_ACCELERATION
     squares = {
         one.term: float(np.sum(errors))
-        for one in search.hypotheses
+        for one in searched.hypotheses
         if one not in used
         and smooth.visible(one, used)
         and (errors := smooth.squares([*used, one])) is not None
@@ -443,15 +156,15 @@ def search_explanations(
     include significant hypotheses that are not used.
     """
     try:
-        search = ExplanationSearch.of(records, bench, settings)
-        waves = search.declared_waves
-        rows = search.rows(waves)
+        searched = SearchedRecords.of(records, bench, settings)
+        waves = searched.declared_waves
+        rows = searched.rows(waves)
     except UnusableLogs:
         return None, ()
     used: list[Hypothesis] = []
     out: list[Explanation] = []
     best = rows.squares(used)
-    trials = _trials(search, rows, waves, used)
+    trials = _trials(searched, rows, waves, used)
     rejected: list[Trial] = []
     declared = bench.load is not None
     while best is not None and trials and (not declared or bench.actuator.winding_delays):
@@ -466,10 +179,10 @@ def search_explanations(
         if not usable:
             break
         trial = min(usable, key=lambda one: one.sum)
-        if _of_encoder(search, trial, used, waves):
+        if _of_encoder(searched, trial, used, waves):
             trials = [one for one in trials if one is not trial]
             continue
-        if not _lasting(search, trial, used, waves):
+        if not _lasting(searched, trial, used, waves):
             break  # the load fits oscillations that an effect would fit, too
         if trial.hypothesis.term == WARMING:
             cause = next((one for one in usable if one.hypothesis.term == TEMPERATURE), None)
@@ -486,7 +199,7 @@ def search_explanations(
             break
         if not (
             _supported(trial, best, used, settings)
-            or _supported_smoother(search, trial, used, waves)
+            or _supported_smoother(searched, trial, used, waves)
         ):
             rejected.append(trial)
             continue
@@ -496,9 +209,9 @@ def search_explanations(
         if trial.wave is not None:
             waves = (*waves, trial.wave)
             rows = trial.rows
-        trials = _trials(search, rows, waves, used)
+        trials = _trials(searched, rows, waves, used)
         rejected = []
-    smooth = _smoother_rows(search, waves, max(waves, default=None)) if len(used) > 1 else None
+    smooth = _smoother_rows(searched, waves, max(waves, default=None)) if len(used) > 1 else None
     for one in list(used):
         others = [other for other in used if other is not one]
         if not others:
@@ -516,12 +229,12 @@ def search_explanations(
             used = others
             best = rows.squares(used)
             out = [kept for kept in out if kept.name != declared_term(one) or kept.what != one.what]
-    used, kept_waves = _renumbered(used, waves, len(search.declared_waves))
+    used, kept_waves = _renumbered(used, waves, len(searched.declared_waves))
     if kept_waves != waves:
-        waves, rows = kept_waves, search.rows(kept_waves)
-    out += _left(search, rows, waves, used, settings)
+        waves, rows = kept_waves, searched.rows(kept_waves)
+    out += _left(searched, rows, waves, used, settings)
     structure = Structure(tuple(one.term for one in used), waves)
-    load = structure.load(search.rotary) if used else None
+    load = structure.load(searched.rotary) if used else None
     if load is not None and bench.load is not None:
         terms = (*bench.load.terms, *load.terms[1:])
         load = msgspec.structs.replace(bench.load, terms=tuple(dict.fromkeys(terms)))
@@ -529,7 +242,7 @@ def search_explanations(
 
 
 def _smoother_rows(
-    search: ExplanationSearch, waves: tuple[float, ...], kept: float | None
+    searched: SearchedRecords, waves: tuple[float, ...], kept: float | None
 ) -> ReducedRows | None:
     """Return the rows with longer smoothing windows, or None if the windows cannot be longer.
 
@@ -537,8 +250,8 @@ def _smoother_rows(
     which may hide the load. The result is also None if longer windows would remove the ripple with
     the wave number `kept` [1/rad | 1/m]. `kept` is None if no ripple has to be kept.
     """
-    smoother = search.smoother(SMOOTHER)
-    if smoother.windows == search.windows:
+    smoother = searched.smoother(SMOOTHER)
+    if smoother.windows == searched.windows:
         return None
     try:
         rows = smoother.rows(waves)
@@ -549,7 +262,7 @@ def _smoother_rows(
 
 
 def _supported_smoother(
-    search: ExplanationSearch, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
+    searched: SearchedRecords, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
 ) -> bool:
     """Return whether a load improves the prediction clearly if the smoothing windows are longer.
 
@@ -565,10 +278,12 @@ def _supported_smoother(
     if trial.rows.effort(one, used) < SMALLEST_LOAD * coulomb:
         return False
     more = waves if trial.wave is None else (*waves, trial.wave)
-    rows = _smoother_rows(search, more, max(more, default=None))
+    rows = _smoother_rows(searched, more, max(more, default=None))
     return (
         rows is not None
-        and _better(one, rows.squares([*used, one]), rows.squares(used), search.settings.confidence)
+        and _better(
+            one, rows.squares([*used, one]), rows.squares(used), searched.settings.confidence
+        )
         and rows.probability(one, used) < trial.level
     )
 
@@ -591,7 +306,7 @@ def _renumbered(
 
 
 def _lasting(
-    search: ExplanationSearch, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
+    searched: SearchedRecords, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
 ) -> bool:
     """Return whether a load still explains the effort if the smoothing windows are longer.
 
@@ -602,7 +317,7 @@ def _lasting(
     """
     one = trial.hypothesis
     more = waves if trial.wave is None else (*waves, trial.wave)
-    rows = _smoother_rows(search, more, trial.wave) if one.is_load else None
+    rows = _smoother_rows(searched, more, trial.wave) if one.is_load else None
     if rows is None:
         return True
     simpler = rows.squares(used)
@@ -614,7 +329,7 @@ def _lasting(
 
 
 def _of_encoder(
-    search: ExplanationSearch, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
+    searched: SearchedRecords, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
 ) -> bool:
     """Return whether a periodic encoder error predicts the strokes better than the ripple `trial`.
 
@@ -633,8 +348,10 @@ def _of_encoder(
         second: -n * a * sine - (n * v) ** 2 * cosine,
     }
     changed = replace(samples, loads={**samples.loads, **errors})
-    squares = search.reduced_rows(changed, (*waves, n)).squares([*used, trial.hypothesis])
-    return squares is not None and beyond_chance(squares, trial.squares, search.settings.confidence)
+    squares = searched.reduced_rows(changed, (*waves, n)).squares([*used, trial.hypothesis])
+    return squares is not None and beyond_chance(
+        squares, trial.squares, searched.settings.confidence
+    )
 
 
 def _named_after_encoder(trial: Trial) -> Trial:
@@ -695,7 +412,7 @@ def _better(
 
 
 def _left(
-    search: ExplanationSearch,
+    searched: SearchedRecords,
     rows: ReducedRows,
     waves: tuple[float, ...],
     used: Sequence[Hypothesis],
@@ -714,7 +431,7 @@ def _left(
             break
         significant = [
             one
-            for one in _trials(search, rows, waves, seen)
+            for one in _trials(searched, rows, waves, seen)
             if one.sum < NOTICEABLE * float(np.sum(simpler))
             and beyond_chance(one.squares, simpler, settings.confidence)
             and one.rows.probability(one.hypothesis, seen) < one.level
@@ -722,7 +439,7 @@ def _left(
         if not significant:
             break
         trial = min(significant, key=lambda one: one.sum)
-        if _of_encoder(search, trial, seen, waves):
+        if _of_encoder(searched, trial, seen, waves):
             trial = _named_after_encoder(trial)
         rivals = _rivals(trial, significant, settings.confidence)
         out.append(_explanation(trial, seen, float(np.sum(simpler)), rivals, "left"))
