@@ -56,6 +56,9 @@ ROUNDED = (
     "times are so large that a double resolves only {:.2g} s; count times from the start, or "
     "write ISO 8601"
 )
+# spacing of doubles at the times, divided by the period, above which there is a warning: far below
+# the jitter of common loggers
+LARGEST_ROUNDING = 1e-3
 # relative difference between the periods of log and bench above which there is an error if the
 # periods have to agree
 RATE_REFUSED = 0.2
@@ -195,9 +198,11 @@ class ChannelMapper:
         unit_doubt = beyond_limit(
             signals, {one.channel: one.name for one in self._sources}, self._bench
         )
-        rate = check_rate(self.source, self._intervals.base(), self._period)
-        drift = self._clocks.finding(self.clock, 1.0 / self._intervals.base().rate_hz)
-        rounded = (ROUNDED.format(self._rounding),) if self._rounding > 1.0 / NS else ()
+        base = self._intervals.base()
+        rate = check_rate(self.source, base, self._period)
+        drift = self._clocks.finding(self.clock, 1.0 / base.rate_hz)
+        share = self._rounding * base.rate_hz
+        rounded = (ROUNDED.format(self._rounding),) if share > LARGEST_ROUNDING else ()
         equidistant = self._time is None and self.clock is None
         doubt = unassigned_time(self._table, self._bench.sample_period_s) if equidistant else None
         question = self._unwrapping.question
