@@ -46,6 +46,7 @@ from studies.rigs.clutch_model import ROOT, clutch_model
 from studies.rigs.step_logs import clutch_spec
 from studies.rigs.step_scenario import controller
 from studies.rigs.verified_controller import truthful
+from tests.support.short_logs import first_part
 
 MODEL = clutch_model()
 BENCH = MODEL.bench
@@ -191,7 +192,8 @@ def test_what_a_bench_can_tell_is_asked_before_it_runs() -> None:
 
 
 def test_what_a_log_holds_is_told_of_one_in_memory_and_of_a_file(tmp_path: Path) -> None:
-    path = ROOT / "sample_logs/sines.csv"
+    path = tmp_path / "sines.csv"
+    path.write_text(first_part("sines.csv"))
     of_file = info(path, BENCH)
     assert table(of_file) + "\n" == run("info", path, "--bench", CLUTCH / "bench.yaml").stdout
     assert {"format": "info/1", **of_file.facts} == json.loads(

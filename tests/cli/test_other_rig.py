@@ -21,7 +21,7 @@ from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from studies.command_line import run
 from studies.rigs.campaign_rig import played
-from studies.rigs.clutch_model import clutch_model
+from studies.rigs.clutch_model import ROOT, clutch_model
 from tests.cli.controller_rig import CONTROLLER, ControllerRig, margin_of
 from tests.support.simulated_mechanisms import ONE_BLOCK
 
@@ -201,7 +201,9 @@ def test_every_command_warns_of_a_ringing_that_the_model_lacks(rig: ControllerRi
     model = rig.folder / "model.yaml"
     assert text in rig.simulate().stderr
     assert text in run("verify", rig.folder / "controller.yaml", "--model", model).stderr
-    assert text in run("synth", model, "--spec", rig.folder / "spec.yaml").stderr
+    design = ROOT / "configs/clutch/designs/speed.yaml"
+    options = ("--spec", rig.folder / "spec.yaml", "--design", design)
+    assert text in run("synth", model, *options, "--vertices-only", "--no-play").stderr
     known = Resonances(links=("belt",), poles=(rung,))
     assert missing_ringing(msgspec.structs.replace(lacking, resonances=known)) is None
 

@@ -56,7 +56,10 @@ def regression_of(log: MotionRecord, terms: tuple[str, ...] = ("offset",)) -> Ef
     return regression
 
 
-@pytest.mark.parametrize(("name", "truth"), [("offset", OFFSET), ("inertia", INERTIA)])
+@pytest.mark.parametrize(
+    ("name", "truth"),
+    [("offset", OFFSET), pytest.param("inertia", INERTIA, marks=pytest.mark.accept)],
+)
 def test_the_intervals_hold_over_random_hidden_effects(name: str, truth: float) -> None:
     plain, wide = 0, 0
     halves, errors = [], []

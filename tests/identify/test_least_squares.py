@@ -124,6 +124,7 @@ def test_steps_give_friction_too() -> None:
     assert found.parameters["coulomb"].low <= TRUTH.coulomb <= found.parameters["coulomb"].high
 
 
+@pytest.mark.accept
 def test_table_4_1(tmp_path: Path) -> None:
     """Errors about as the trial's Savitzky-Golay: m 3.5, sigma_v 0.134, F_c 0.42 % rms (breakaway,
     no Stribeck effect).

@@ -66,6 +66,7 @@ def identified(log: Path, bench: Bench) -> Identification:
     return identify_records([record], [], bench, "least-squares", IdentificationSettings())
 
 
+@pytest.mark.accept
 def test_the_narrowed_range_contains_the_inertia_at_the_stated_rate(tmp_path: Path) -> None:
     held = []
     for seed in range(RIGS):

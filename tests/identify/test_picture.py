@@ -18,6 +18,7 @@ from frictool.identify.model_page.evidence import friction_over_speed
 from frictool.plant.axis import VELOCITY, rest
 from studies.command_line import run
 from tests.support.command_line import also_called, refused
+from tests.support.short_logs import first_part
 
 ROOT = Path(__file__).parents[2]
 BENCH, SAMPLES = ROOT / "configs" / "clutch" / "bench.yaml", ROOT / "sample_logs"
@@ -41,16 +42,20 @@ def test_the_curve_over_speed_is_the_friction_that_the_engine_has(
     )
 
 
-LINE = ("identify", SAMPLES / "sines.csv", "--ramp", SAMPLES / "ramp.csv", "--bench", BENCH)
+def line(folder: Path) -> tuple[object, ...]:
+    """Return the command that identifies the logs of a folder."""
+    return ("identify", folder / "sines.csv", "--ramp", folder / "ramp.csv", "--bench", BENCH)
 
 
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the sample logs' model, its picture, its page and the text on standard
-    output."""
+    """A folder with the beginning of the sample logs, their model, its picture, its page and the
+    text on standard output."""
     folder = tmp_path_factory.mktemp("drawn")
+    for name in ("sines.csv", "ramp.csv"):
+        (folder / name).write_text(first_part(name))
     views = ("--plot", folder / "model.svg", "--page", folder / "model.html")
-    result = run(*LINE, *views, "-o", folder / "model.yaml")
+    result = run(*line(folder), *views, "-o", folder / "model.yaml")
     assert result.code == 0
     (folder / "text").write_text(result.stdout)
     return folder
@@ -59,13 +64,13 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.accept
 def test_picture_and_page_are_the_same_bytes_twice(drawn: Path, tmp_path: Path) -> None:
     views = ("--plot", tmp_path / "model.svg", "--page", tmp_path / "model.html")
-    assert run(*LINE, *views, "-o", tmp_path / "model.yaml").code == 0
+    assert run(*line(drawn), *views, "-o", tmp_path / "model.yaml").code == 0
     for name in ("model.svg", "model.html"):
         assert (tmp_path / name).read_bytes() == (drawn / name).read_bytes()
 
 
 def test_text_and_stdout_and_the_model_s_bytes_twice(drawn: Path) -> None:
-    piped = run(*LINE, "-o", "-")
+    piped = run(*line(drawn), "-o", "-")
     assert piped.out == (drawn / "model.yaml").read_bytes()
     for words in (
         "inertia by weak",
@@ -111,8 +116,8 @@ def test_the_page_has_every_figure_and_no_request(drawn: Path) -> None:
 
 def test_without_a_stroke_the_breakaways_are_drawn_and_no_map(tmp_path: Path) -> None:
     plot = tmp_path / "a.svg"
-    line = ("identify", "--ramp", SAMPLES / "ramp.csv", "--bench", BENCH, "--plot", plot)
-    assert run(*line).code == 0
+    command = ("identify", "--ramp", SAMPLES / "ramp.csv", "--bench", BENCH, "--plot", plot)
+    assert run(*command).code == 0
     text = plot.read_text()
     assert "breakaways forward" in text
     assert "velocity [rad/s]" not in text

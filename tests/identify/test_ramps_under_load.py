@@ -102,7 +102,7 @@ def test_an_undeclared_gravity_is_a_doubt_about_the_breakaway() -> None:
 
 
 @pytest.mark.parametrize(
-    "seed", [1, 2, *(pytest.param(seed, marks=pytest.mark.accept) for seed in (4, 5))]
+    "seed", [1, *(pytest.param(seed, marks=pytest.mark.accept) for seed in (2, 4, 5))]
 )
 def test_ramps_whose_breakaway_varies_leave_the_gravity_of_a_sliding_log(seed: int) -> None:
     """Friction over position is no reason to take gravity out of the model."""
