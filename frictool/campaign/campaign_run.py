@@ -18,7 +18,7 @@ from typing import Any, get_args
 from frictool.campaign.draws.sampling import Method, UnitDraws, draws_of
 from frictool.campaign.statistics.clopper_pearson import CONFIDENCE
 from frictool.campaign.statistics.findings import Findings, find
-from frictool.campaign.trials.campaign_warnings import remarks_of
+from frictool.campaign.trials.campaign_warnings import doubt_of, remarks_of
 from frictool.campaign.trials.trial_player import (
     CampaignSetting,
     TrialPlayer,
@@ -198,7 +198,15 @@ def campaign(
         progress,
     )
     remarks = remarks_of(setting, trial.space)
-    findings = find(trials, request.method, worst, request.at_least, request.confidence, remarks)
+    findings = find(
+        trials,
+        request.method,
+        worst,
+        request.at_least,
+        request.confidence,
+        remarks,
+        doubt_of(trial),
+    )
     return CampaignResult(findings, tuple(worst))
 
 

@@ -19,7 +19,6 @@ from frictool.documents.controller import Controller
 from frictool.documents.metric_table import requirement_title
 from frictool.documents.missing_effects import undeclared_ringing
 from frictool.documents.model import Model
-from frictool.documents.quantity import si_unit
 from frictool.documents.resonances import Oscillation
 from frictool.documents.spec import Spec
 from frictool.verify.ringing_loop import SLOWER, doubt_words, ringing_check
@@ -114,13 +113,8 @@ def _failure(test: DesignTest, spec: Spec, controller: Controller, plant: TwoIne
 def _of_side(model: Model, controller: Controller, test: DesignTest | None) -> tuple[str, str]:
     side = model.valid_side
     assert side is not None
-    place = side.place(model.axis)
     if test is not None:
-        low, high = test.judge.reference_range(controller)
-        if not side.contains(low, high):
-            unit = si_unit("position", model.axis)
-            return (
-                f"the model is valid {place} only, but the steps reach from {low:.4g} to "
-                f"{high:.4g} {unit}; pass steps on this side (--scenario), or log the other side"
-            ), ""
-    return "", f"valid {place} only; beyond, the logs show another load"
+        ends = test.judge.reference_range(controller)
+        if left := side.left_words(model.axis, *ends, "steps"):
+            return f"{left}; pass steps on this side (--scenario), or log the other side", ""
+    return "", f"valid {side.place(model.axis)} only; beyond, the logs show another load"

@@ -70,8 +70,9 @@ Completed trials are kept in OUTPUT.trials or in the file of --keep. After an in
 command continues from these trials.
 
 The verdict is PASS, FAIL, UNDECIDED or NOT SHOWN. UNDECIDED: no trial fails, but a trial is
-undecided, or a requirement is undecided in every trial. NOT SHOWN: there are too few draws to show
-the pass rate of --at-least.
+undecided, a requirement is undecided in every trial, or the steps leave the side of a position on
+which the model is valid (`valid_side`). NOT SHOWN: there are too few draws to show the pass rate of
+--at-least.
 
 Exit codes: 0 pass; 1 fail or undecided, or the lower confidence bound of the pass rate is below
 --at-least.
@@ -218,7 +219,7 @@ def command(
 def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
     from frictool.campaign.draws.sampling import draws_of
     from frictool.campaign.statistics.findings import find
-    from frictool.campaign.trials.campaign_warnings import remarks_of
+    from frictool.campaign.trials.campaign_warnings import doubt_of, remarks_of
     from frictool.campaign.trials.trial_player import TrialPlayer
     from frictool.campaign.trials.trial_store import TrialStore
     from frictool.campaign.trials.varied_space import space_of_setting
@@ -238,7 +239,13 @@ def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
         trials, worst = _play(trial, draws, store, paths, options)
         remarks = remarks_of(setting, space)
         findings = find(
-            trials, request.method, worst, request.at_least, request.confidence, remarks
+            trials,
+            request.method,
+            worst,
+            request.at_least,
+            request.confidence,
+            remarks,
+            doubt_of(trial),
         )
         _save(findings, worst, _provenance(paths, options), paths, options)
         if options.keep is None:

@@ -7,7 +7,9 @@ from typing import Literal
 
 import msgspec
 
-from frictool.documents.quantity import Axis, Position
+from frictool.documents.quantity import Axis, Position, si_unit
+
+KEY = "valid_side"  # key of the side, as JSON, in the record `log` of a simulated log
 
 
 class ValidSide(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -38,3 +40,15 @@ class ValidSide(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return the valid positions in words, such as `above 0.4 rad (22.9 deg)`."""
         also = f" ({math.degrees(self.of.value):.3g} deg)" if axis == "rotary" else ""
         return f"{self.side} {self.of.value:.3g} {self.of.unit}{also}"
+
+    def left_words(self, axis: Axis, low: float, high: float, moving: str) -> str:
+        """Return why a motion from `low` to `high` [rad | m] is not on this side; "" if it is.
+
+        moving: noun for the text, in the plural, such as `steps`.
+        """
+        if self.contains(low, high):
+            return ""
+        return (
+            f"the model is valid {self.place(axis)} only, but the {moving} reach from {low:.4g} to "
+            f"{high:.4g} {si_unit('position', axis)}"
+        )

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING
+
+import msgspec
+import numpy as np
 
 from frictool.adapters.temperature_factors import KEY as TEMPERATURE
 from frictool.adapters.temperature_factors import temperature_words
@@ -19,7 +23,9 @@ from frictool.documents.missing_effects import KEY as MISSING
 from frictool.documents.presliding import KEY as PRESLIDING
 from frictool.documents.presliding import presliding_words
 from frictool.documents.spec import Spec
-from frictool.errors import FrictoolError
+from frictool.documents.valid_side import KEY as SIDE
+from frictool.documents.valid_side import ValidSide
+from frictool.errors import FrictoolError, LogError
 from frictool.logs.log import Log, Stream
 from frictool.report.drive_judges import judge_peak, judge_rest, judge_saturation
 from frictool.report.evidence import (
@@ -93,8 +99,11 @@ def verdict_of(request: ReportRequest) -> Verdict:
         for item in gather_evidence(spec, logs, RigFacts.of(bench), loop)
     )
     streams = [item for item, _ in evidence]
+    doubt = _doubt(request, streams)
     requirements = tuple(
-        with_knowledge(make(spec, evidence, controller), streams, controller, request.proof)
+        with_knowledge(
+            _doubted(make(spec, evidence, controller), doubt), streams, controller, request.proof
+        )
         for make in _specified_judges(spec).values()
     )
     beyond = dict.fromkeys(f"{item.source}: {item.beyond}" for item, _ in evidence if item.beyond)
@@ -108,9 +117,50 @@ def verdict_of(request: ReportRequest) -> Verdict:
         request,
         requirements,
         evidence,
-        tuple(_meets(spec, one) for one in evidence),
+        tuple(not doubt and _meets(spec, one) for one in evidence),
         tuple(remarks),
     )
+
+
+def _doubt(request: ReportRequest, streams: Sequence[StreamEvidence]) -> str:
+    """Return why a simulation that meets the specification may differ from the axis, or "".
+
+    - Positions leave the side on which the model is valid.
+    - The axis rings after its stops. If the specification has a modulus margin, this requirement
+      contains the reason.
+    """
+    for log in request.logs:
+        if left := _left_side(request.spec, log):
+            return left
+    simulated = any(item.simulated for item in streams)
+    if request.controller is None or request.spec.modulus_margin is not None or not simulated:
+        return ""
+    from frictool.verify.ringing_loop import ringing_doubt
+
+    return ringing_doubt(request.controller)
+
+
+def _left_side(spec: Spec, log: Log) -> str:
+    """Return why a simulated log leaves the side on which its model is valid, or ""."""
+    record = log.metadata.get("log", {}).get(SIDE)
+    if record is None:
+        return ""
+    try:
+        side = msgspec.json.decode(record, type=ValidSide)
+    except msgspec.MsgspecError as error:
+        raise LogError(log.source, f"metadata log: {SIDE}: {error}; simulate again") from None
+    signals = [one.signals["position"] for one in log.axes if "position" in one.signals]
+    positions = np.concatenate([one[np.isfinite(one)] for one in (np.empty(0), *signals)])
+    if not positions.size:
+        return ""
+    return side.left_words(spec.axis, positions.min(), positions.max(), "positions")
+
+
+def _doubted(requirement: Requirement, doubt: str) -> Requirement:
+    """Return the requirement, undecided if it is met in simulations that `doubt` concerns."""
+    if not doubt or not requirement.met or requirement.key == "modulus_margin":
+        return requirement
+    return replace(requirement, met=None, reason=doubt)
 
 
 def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Generic, NamedTuple, get_args
 
+import msgspec
 import numpy as np
 from msgspec.structs import replace
 
@@ -34,6 +35,7 @@ from frictool.documents.presliding import KEY as PRESLIDING
 from frictool.documents.presliding import presliding_words
 from frictool.documents.provenance import Provenance
 from frictool.documents.scenario import Scenario
+from frictool.documents.valid_side import KEY as SIDE
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.logs.log import Log, Stream
 from frictool.logs.provenance import with_provenance
@@ -219,6 +221,8 @@ class StepTest(Generic[V]):
             warnings.append(presliding_words(self.names.model, rig.presliding))
         if rig.missing:
             about[MISSING] = "\n".join(rig.missing)
+        if rig.valid_side is not None:
+            about[SIDE] = msgspec.json.encode(rig.valid_side).decode()
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
         kept = {"bench": self.plant.rig.examples, "scenario": scenario.examples}
         examples = {name: ", ".join(keys) for name, keys in kept.items() if keys}

@@ -11,6 +11,7 @@ from frictool.documents.laws import FrictionOverTemperature
 from frictool.documents.missing_effects import missing_effects
 from frictool.documents.model import Model
 from frictool.documents.quantity import Axis, Span
+from frictool.documents.valid_side import ValidSide
 from frictool.verify.rig_facts import facts_of
 
 
@@ -26,6 +27,7 @@ class Rig:
     - bench_values_only: reason why no parameter of the model was identified, or empty
     - presliding: name of the model's presliding law, or empty
     - missing: warnings about effects that the model lacks
+    - valid_side: side of a position on which the model is valid; None if it is valid everywhere
     - temperature: dependence of the friction on the temperature; None if the model states none
     """
 
@@ -40,6 +42,7 @@ class Rig:
     bench_values_only: str = ""
     presliding: str = ""
     missing: tuple[str, ...] = ()
+    valid_side: ValidSide | None = None
     temperature: FrictionOverTemperature | None = None
 
     @property
@@ -78,5 +81,6 @@ def rig_of(bench: Bench, model: Model | None = None) -> Rig:
         bench_values_only=(None if model is None else model.bench_values_only) or "",
         presliding="" if model is None or model.presliding is None else model.presliding.law,
         missing=() if model is None else tuple(missing_effects(model)),
+        valid_side=None if model is None else model.valid_side,
         temperature=None if laws is None else laws.temperature,
     )

@@ -16,7 +16,8 @@ from frictool.campaign.design_trial import DesignTest, design_test
 from frictool.campaign.doubts import doubts_of, slower_factor
 from frictool.campaign.draws.factor_space import space_of
 from frictool.campaign.draws.spread_factors import spread_factors
-from frictool.campaign.trials.campaign_warnings import remarks_of
+from frictool.campaign.trials.campaign_warnings import doubt_of, remarks_of
+from frictool.campaign.trials.trial_player import ScenarioJudge
 from frictool.campaign.views.played_view import played_json, played_lines
 from frictool.documents.controller import Controller
 from frictool.documents.mechanism import Coupling
@@ -140,6 +141,40 @@ def test_the_steps_must_stay_on_the_valid_side(
     assert (not found.reasons) == valid
     assert side in found.lines()[0]
     assert not doubts_of(model, loop, None).reasons  # the linear loop contains no load
+
+
+@pytest.mark.parametrize(("place", "valid"), [(3.0, True), (7.0, False)])
+def test_simulated_verdicts_are_undecided_beyond_the_valid_side(
+    loop: Controller, place: float, valid: bool
+) -> None:
+    """The steps reach from 5 to 40 rad; `report` and `campaign` judge them on a sided model."""
+    of = Quantity(place, place - 0.5, place + 0.5, "rad")
+    model = replace(clutch_model(), valid_side=ValidSide("above", of))
+    log = simulate_closed_loop(model, loop, scenario(seconds=0.4), HERE)
+    loose = clutch_spec(rest=None, response_time_95_s=None, oscillations=None, modulus_margin=None)
+    log.metadata["log"].pop("missing_effects")
+    verdict = judge(loose, [log], loop)
+    assert not any(verdict.meets) or valid
+    del log.metadata["log"]["valid_side"]
+    everywhere = judge(loose, [log], loop).requirements
+    assert any(one.met for one in everywhere)
+    for one, plain in zip(verdict.requirements, everywhere, strict=True):
+        assert one.met == (plain.met if valid else plain.met and None)
+    setting = trial().setting._replace(plant=model, spec=loose)
+    doubt = doubt_of(ScenarioJudge(setting))
+    assert (doubt == "") == valid
+    assert valid or "above 7 rad" in doubt
+
+
+def test_simulated_verdicts_contain_the_ringing_without_a_margin(loop: Controller) -> None:
+    loose = clutch_spec(rest=None, response_time_95_s=None, oscillations=None, modulus_margin=None)
+    log = simulate_closed_loop(clutch_model(), loop, scenario(seconds=0.4), HERE)
+    for rad_s, met in ((FAST, True), (SLOW, None)):
+        rung = replace(loop, ringing=Oscillation(rad_s, 0.03))
+        verdict = judge(loose, [log], rung)
+        assert {one.met for one in verdict.requirements} <= {met, False}
+        setting = trial().setting._replace(controller=rung, spec=loose)
+        assert ("9.55 Hz" in doubt_of(ScenarioJudge(setting))) == (met is None)
 
 
 def test_an_undecided_test_is_no_pass(loop: Controller, short: DesignTest) -> None:

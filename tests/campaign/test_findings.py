@@ -28,6 +28,15 @@ def test_every_trial_has_to_pass_unless_a_rate_is_asked_for() -> None:
     assert fine.outcome == "PASS"
 
 
+def test_a_reason_to_doubt_the_trials_leaves_the_verdict_undecided() -> None:
+    made, doubt = _told(trials(slow=np.inf)), "the model is valid above 4 rad only"
+    found = find(made, "random", doubt=doubt)
+    assert (found.outcome, found.passed) == ("UNDECIDED", False)
+    assert headline(found).endswith(f"; {doubt}")
+    assert doubt in as_json(found)["warnings"]
+    assert find(_told(trials()), "random", doubt=doubt).outcome == "FAIL"
+
+
 def _told(made):
     """Without the requirement that no trial tells."""
     keep = [0, 1, 3]

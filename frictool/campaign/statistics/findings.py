@@ -27,6 +27,7 @@ class Findings:
 
     `required`: required pass rate, 0 to 1; None if every trial must pass.
     `remarks`: warnings for the user.
+    `doubt`: reason why the axis may fail although the trials pass; "" if there is none.
     """
 
     trials: Trials
@@ -36,6 +37,7 @@ class Findings:
     worst: tuple[WorstCase, ...]
     required: float | None
     remarks: tuple[str, ...] = ()
+    doubt: str = ""
 
     @property
     def reached(self) -> bool:
@@ -51,12 +53,13 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        UNDECIDED: `reached` is True, but no trial decides one of the requirements; or all trials
-            are undecided; or no rate is required, some trials are undecided, and none fails.
+        UNDECIDED: `reached` is True, but there is a `doubt`, or no trial decides one of the
+            requirements; or all trials are undecided; or no rate is required, some trials are
+            undecided, and none fails.
         NOT SHOWN: the trials do not show the required pass rate, but more draws may show it.
         """
         if self.reached:
-            return "UNDECIDED" if self.undecided_requirements else "PASS"
+            return "UNDECIDED" if self.undecided_requirements or self.doubt else "PASS"
         if (
             self.rate.count == 0
             or self.rate.undecided == self.rate.count
@@ -112,12 +115,14 @@ def find(
     at_least: float | None = None,
     confidence: float = CONFIDENCE,
     remarks: tuple[str, ...] = (),
+    doubt: str = "",
 ) -> Findings:
     """Compute the statistics of the trials.
 
     `method`: method that chose the draws.
     `at_least`: required pass rate, 0 to 1; None if every trial must pass.
     `remarks`: warnings for the user.
+    `doubt`: reason why the axis may fail although the trials pass; "" if there is none.
 
     Raises ValueError if `at_least` or `confidence` is out of range, or if there is no trial.
     """
@@ -139,4 +144,5 @@ def find(
         tuple(worst),
         at_least,
         remarks,
+        doubt,
     )

@@ -229,8 +229,7 @@ class ControllerJudge:
 
     def reference_range(self, controller: Controller) -> tuple[float, float]:
         """Return the lowest and the highest position [rad | m] of the reference and the start."""
-        reference, start = self._judge_of(controller).test.reference(self.scenarios[0])
-        return min(start, float(reference.min())), max(start, float(reference.max()))
+        return self._judge_of(controller).reference_range
 
     def located(self, controller: Controller, plant: int) -> tuple[Requirement, ...]:
         """Return the requirements of one plant, with the step in which each value is worst."""

@@ -62,6 +62,12 @@ class ScenarioJudge:
             self.setting.number,
         )
 
+    @property
+    def reference_range(self) -> tuple[float, float]:
+        """Return the lowest and the highest position [rad | m] of the reference and the start."""
+        reference, start = self.test.reference(self.setting.scenario, self.setting.recorded)
+        return min(start, float(reference.min())), max(start, float(reference.max()))
+
     @cached_property
     def _judge(self) -> RunJudge:
         records = self.test.rig_records(self.setting.scenario)

@@ -45,7 +45,7 @@ def as_json(findings: Findings) -> dict[str, Any]:
         "failed": rate.failed,
         "undecided": rate.undecided,
         "undecided_requirements": list(findings.undecided_requirements),
-        "warnings": list(findings.remarks),
+        "warnings": [*findings.remarks, *filter(None, (findings.doubt,))],
         "not_simulated": [
             {"draw": draw, "reason": reason} for draw, reason in findings.trials.failed.items()
         ],

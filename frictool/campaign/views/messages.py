@@ -68,11 +68,14 @@ def headline(findings: Findings) -> str:
     """Return the outcome of a campaign, the numbers of trials and the pass rate as one sentence."""
     rate = findings.rate
     undecided_requirements = [requirement_title(name) for name in findings.undecided_requirements]
-    return f"{findings.outcome}: {_counted(rate)}{_rated(rate)}{_required_text(findings)}" + (
+    undecided = (
         f"; undecided in every trial: {', '.join(undecided_requirements)}"
         if undecided_requirements
         else ""
     )
+    doubt = f"; {findings.doubt}" if findings.doubt else ""
+    counts = f"{_counted(rate)}{_rated(rate)}{_required_text(findings)}"
+    return f"{findings.outcome}: {counts}{undecided}{doubt}"
 
 
 def _counted(rate: PassRate) -> str:
