@@ -20,6 +20,7 @@ COLUMNS = (
     10,
     10,
 )  # widths in characters: name, inertia, viscous and Coulomb friction, drive constant
+AUDIBLE = 5.0  # %, drive of one count relative to the limit, above which a line says more
 ACTIONS = {
     "cut": "cut (loop open inside the band)",
     "brake": "brake (loop open at rest inside the band)",
@@ -219,6 +220,11 @@ def _margins(controller: Controller) -> list[str]:
             f"  one encoder count changes the drive by up to {verified.count_drive:.4g} {unit}, "
             f"{share:.3g} % of the limit"
         )
+        if share > AUDIBLE and not _released(controller):
+            lines.append(
+                "  the drive is on at rest, and alternates by this value if the encoder alternates "
+                "between two counts; for less, reduce velocity.bandwidth_rad_s of the design"
+            )
     if verified.rounded:
         figures = ", ".join(
             f"{one.number} {one.gamma:.6g} and margin {one.modulus_margin:.4f}"
@@ -236,6 +242,12 @@ def _margins(controller: Controller) -> list[str]:
                 "refuses it"
             )
     return lines
+
+
+def _released(controller: Controller) -> bool:
+    """Return True if the drive is switched off at rest near the target."""
+    law = controller.position_law
+    return (law is not None and law.action != "none") or controller.limiter is not None
 
 
 def _beyond(result: SynthesisResult) -> list[str]:

@@ -3,6 +3,7 @@ it that was not found."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -280,6 +281,20 @@ def test_a_format_that_breaks_the_margin_is_told_or_refused() -> None:
         design_controller(
             model(), between(margins["float"], margins["double"]), with_gain(33.3), HERE
         )
+
+
+def test_a_drive_that_alternates_at_rest_is_named() -> None:
+    """One count causes a large drive. Only the limiter switches the drive off."""
+    lines = {}
+    for name in ("pi_p", "pid_limiter"):
+        result = found(name)
+        loud = 0.2 * result.controller.drive_limit
+        verified = msgspec.structs.replace(result.controller.verified, count_drive=loud)
+        controller = msgspec.structs.replace(result.controller, verified=verified)
+        lines[name] = text(replace(result, controller=controller), disturbance(model()))
+    assert "20 % of the limit" in lines["pid_limiter"]
+    assert "alternates by this value" in lines["pi_p"]
+    assert "alternates by this value" not in lines["pid_limiter"]
 
 
 @pytest.mark.parametrize(

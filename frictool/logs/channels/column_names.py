@@ -13,7 +13,7 @@ QUANTITIES: tuple[dict[str, str], ...] = (
         "time": r"time|times|timestamp|timestamps|temps|zeit",
         "voltage": r"voltage|volt|volts|vir|tension|spannung",
         "current": r"current|currents|cur|curr|amp|amps|ampere|iq|courant|strom",
-        "velocity": r"velocity|velocities|vel|speed|omega|rpm|qd|dq|vitesse|drehzahl",
+        "velocity": r"velocity|velocities|vel|speed|omega|rpm|qd|dq|gyro|vitesse|drehzahl",
         "effort": r"effort|torque|force|tau|couple|drehmoment|kraft",
         "position": r"position|positions|pos|angle|theta|displacement|winkel|qg|qm",
     },
@@ -34,6 +34,7 @@ UNITS: Mapping[str, str] = {  # units that may end a name
     "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "us": "us", "ns": "ns",
     "rad": "rad", "radians": "rad", "deg": "deg", "degrees": "deg", "turns": "turn", "revs": "turn",
     "rpm": "rpm", "mm": "mm", "nm": "N m",
+    "radps": "rad/s", "degps": "deg/s", "dps": "deg/s", "mps": "m/s", "mmps": "mm/s",
     "a": "A", "amp": "A", "amps": "A", "ampere": "A", "ma": "mA", "v": "V", "volt": "V",
     "volts": "V", "mv": "mV",
     "count": "count", "counts": "count", "ticks": "count",
@@ -142,8 +143,8 @@ def unit_in(name: str) -> str | None:
 
     >>> unit_in("measured_velocity_deg_s"), unit_in("timestamp_ms")
     ('deg/s', 'ms')
-    >>> unit_in("torque_Nm"), unit_in("pos_estimate")
-    ('N m', None)
+    >>> unit_in("torque_Nm"), unit_in("pos_estimate"), unit_in("gyro_z_radps")
+    ('N m', None, 'rad/s')
 
     >>> unit_in("SP %")
     '%'
