@@ -331,6 +331,16 @@ def test_a_column_of_another_quantity_is_no_channel(name: str, tmp_path: Path) -
             {"position": ("PV %", "%"), "reference": ("SP %", "%"), "current": "Motor Current A"},
         ),
         ("Time [s],stem,Motor Current [A]", "linear", {"position": ASKED, "current": ASKED}),
+        (
+            "Time [s],az_enc_rad,gyro_z_radps,i_q_A,az_ref_rad,el_ref_rad",
+            "rotary",
+            {
+                "position": "az_enc_rad",
+                "velocity": "gyro_z_radps",
+                "current": "i_q_A",
+                "reference": "az_ref_rad",
+            },
+        ),
     ],
 )
 def test_names_of_process_and_servo_controllers(

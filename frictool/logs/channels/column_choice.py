@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import get_args
 
@@ -55,7 +55,8 @@ CHANNELS: tuple[str, ...] = get_args(Channel)
 DRIVES = ("current", "voltage")
 CLEAR = 2  # words in the first CLEAR levels of QUANTITIES overrule a unit
 PROCESS = 3  # level of QUANTITIES with the suffixes of a process controller's tag
-# words that the name of a position command may contain besides a word for a command
+# words that the name of a position command may contain besides a word for a command; the words of
+# the position's name are added
 NEUTRAL = {"value", "input", "signal", "axis", "joint", "motor", "achse"}
 MOST_NAMES = 8  # maximum number of column names in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
@@ -164,8 +165,9 @@ def names_motion(unit: str, axis: Axis) -> bool:
 def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
     """Return the choice for each channel that at least one column fits; the keys are channels."""
     fitting: dict[str, list[tuple[int, OfferedColumn]]] = {}
+    neutral = NEUTRAL.union(*(words(one.name) for one in offered if _names_position(one)))
     for one in offered:
-        channels, rank = _channels(one, axis)
+        channels, rank = _channels(one, axis, neutral)
         for channel in channels:
             # the times that the file gives are more exact than a time column
             dated = channel == TIME and one.table.time_ns is not None
@@ -253,7 +255,15 @@ def _label(name: str) -> str:
     return match[1] if match else ""
 
 
-def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
+def _names_position(one: OfferedColumn) -> bool:
+    return quantities(one.name) == ["position"] and not is_command(one.name)
+
+
+def _channels(one: OfferedColumn, axis: Axis, neutral: Set[str]) -> tuple[list[str], int]:
+    """Return the channels that a column fits, and the rank of its name (`clarity`).
+
+    neutral: words that the name of a position command may contain besides a word for a command.
+    """
     if one.preset is not None:
         return [one.preset.channel] if one.preset.channel != NO_CHANNEL else [], 0
     if is_no_signal(one.name):
@@ -268,8 +278,9 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
     if is_command(one.name):
         wanted = {"position": "reference", "current": "current_command", "voltage": "voltage"}
         matching = [wanted[name] for name in named if name in wanted and wanted[name] in compatible]
-        of_position = not named and "reference" in compatible and _commands_motion(one, axis)
-        return matching or (["reference"] if of_position else []), clarity(one.name)
+        commands = "reference" in compatible and _commands_motion(one, axis, neutral)
+        of_position = ["reference"] if commands and not named else []
+        return matching or of_position, clarity(one.name)
     if named == ["position"] and _counts_rows(one):
         named = [TIME]
     matching = [name for name in named if name in compatible]
@@ -285,9 +296,9 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
     return by_unit if len(by_unit) == 1 else [], len(QUANTITIES)
 
 
-def _commands_motion(one: OfferedColumn, axis: Axis) -> bool:
-    neutral = all(is_command(w) or w in NEUTRAL or w in UNITS for w in words(one.name))
-    return neutral and (one.unitless or names_motion(str(one.unit), axis))
+def _commands_motion(one: OfferedColumn, axis: Axis, neutral: Set[str]) -> bool:
+    plain = all(is_command(w) or w in neutral or w in UNITS for w in words(one.name))
+    return plain and (one.unitless or names_motion(str(one.unit), axis))
 
 
 def _fits_unit(unit: str, dimension: str, axis: Axis) -> bool:
