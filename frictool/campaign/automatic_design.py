@@ -248,8 +248,8 @@ class _Search:
 
         Each search starts from the design of the previous search. Return the outcome of the last
         search, for the specified response time, in a list. The list is empty if a search for a
-        longer response time fails. The longest time is searched first: a design for a shorter time
-        also meets the longest one, so that a failure makes the other searches useless.
+        longer response time fails. The longest time is searched first: if no design meets it, none
+        meets a shorter time.
         """
         *shorter, longest = EASINGS
         first, outcome = self.eased_outcome(longest, family)

@@ -99,7 +99,7 @@ def _failed(controller: Controller, oscillation: Oscillation, test: DesignTest) 
 
 
 def _failure(test: DesignTest, spec: Spec, controller: Controller, plant: TwoInertias) -> str:
-    """Return what `plant` does not meet in the steps of the test; "" if it meets all."""
+    """Return a requirement that the loop with `plant` misses in the test's steps, or ""."""
     scenario = structs.replace(test.scenario, given={})
     judge = ControllerJudge(plant.mechanism(test.model), scenario, spec, [{}])
     verdict = judge(controller)

@@ -85,7 +85,7 @@ def narrower_range(test: DesignTest, candidates: Sequence[Candidate]) -> Narrowe
 
 
 def _parameters(model: Model) -> dict[str, VariedParameter]:
-    """Return the parameters whose ranges are tried; a nominal value is the model's value."""
+    """Return the parameters whose ranges are tried, with the model's values as nominal values."""
     constant = model.bench.actuator.constant
     return {
         name: one._replace(nominal=getattr(model.parameters, name, constant).value)
@@ -166,7 +166,7 @@ def _meets_nominal(test: DesignTest, one: Candidate, controllers: CandidateContr
 def widest_ranges(model: Model) -> list[tuple[str, VariedParameter]]:
     """Return the parameters with wide ranges that a test of `excite --for` narrows, widest first.
 
-    The width is the factor between the ends. A range from 0 has no factor, and comes last.
+    The width is the upper end divided by the lower end. A range from 0 comes last.
     """
     wide = [
         (name, one)
@@ -211,7 +211,7 @@ def _confirmed(
 
 
 def narrowed(model: Model, name: str, ends: tuple[float, float]) -> Model:
-    """Return the model with a narrower range of a parameter, over the product's life and today.
+    """Return the model with a parameter's ranges, over the product's life and today, cut to `ends`.
 
     If `name` is the Coulomb friction and the breakaway has a fixed ratio to it, the breakaway keeps
     this ratio.

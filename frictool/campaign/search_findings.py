@@ -131,7 +131,8 @@ class CandidateExamination:
     ) -> Iterator[JudgedRuns]:
         """Yield the results of a design in each test, up to the first test that satisfies `ends`.
 
-        until: True to stop a test as soon as the plants simulated so far satisfy `ends`.
+        - ends: condition on the results of a test
+        - until: True to stop a test as soon as the results so far satisfy `ends`
         """
         controller = self.controller(design)
         whole = self.tests.whole(controller, None, ends if until else None)

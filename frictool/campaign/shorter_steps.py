@@ -3,7 +3,8 @@
 A loop with dry friction and a limited drive is nonlinear. A controller that meets a specification
 in long steps can therefore violate it in shorter steps. A specification states no step length. The
 simulated lengths lie between `shortest_step` and the shortest default step over the travel. From
-each end of the default steps, the axis steps away, back, and away again.
+the lowest and from the highest position of the default steps, the axis steps inwards, back, and
+inwards again.
 """
 
 from __future__ import annotations
@@ -166,10 +167,11 @@ def with_tolerance(model: Model, spec: Spec, length: float) -> Spec:
 
 
 def _scenarios(test: DesignTest, length: float) -> list[Scenario]:
-    """Return two scenarios, each with a step of `length` [rad | m] from one end, back, and again.
+    """Return two scenarios: steps of `length` [rad | m] from either end inwards, back, and inwards.
 
-    The first step of a scenario is not judged if the axis does not move (reference_holds.py).
-    Therefore this step is repeated.
+    The ends are the lowest and the highest position of the default steps. The first step of a
+    scenario is not judged if the axis does not move (reference_holds.py). Therefore this step is
+    repeated.
 
     """
     model = test.model

@@ -147,8 +147,8 @@ def copy_program(machine: CompiledProgram) -> CompiledProgram:
 def hold(machine: CompiledProgram, index: int, value: float) -> None:
     """Set the state at `index` to a value [SI] in a program in double or float.
 
-    Only states that the program does not update may be set, such as scheduled parameters. NaN and
-    infinity are ignored.
+    Use it only for states that the program does not update, such as scheduled parameters. A value
+    of NaN or infinity is ignored.
     """
     if math.isfinite(value):
         _values(machine)[index] = value

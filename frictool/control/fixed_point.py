@@ -4,12 +4,12 @@
     its operation ──▶ intervals of the words, checked
 
 A value is stored as a 32-bit word, value = word 2^-fraction; its fraction is the number of
-fractional bits. Products and sums are formed in 64 bits. A program runs in q31: coefficients have
-31 bits and a sign, and each coefficient has a separate fraction. Only coefficients can be rounded
-to q15. A state saturates at its bounds `low` and `high`; intervals that are valid at one sample are
-therefore valid at every sample. The overflow proof repeats every operation on the words at both
-ends of its operands' intervals, with integers of any size instead of real numbers. Each
-intermediate result must fit into 64 bits.
+fractional bits. Products and sums are formed in 64 bits. In q31, a coefficient has a sign, 31 bits
+and a separate fraction. In q15, only the coefficients are shorter (15 bits and a sign). A state
+saturates at its bounds `low` and `high`; intervals that are valid at one sample are therefore valid
+at every sample. The overflow proof repeats every operation on the words at both ends of its
+operands' intervals, with integers of any size instead of real numbers. Each intermediate result
+must fit into 64 bits.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     model      F = F_c s(v/v_s) + sigma_v v      s: control/saturation_function.py
                v: speed of the filtered reference, or measured speed
     curve      F interpolated linearly over v, for a model with a Stribeck fall, a viscous
-               coefficient that depends on v, or friction by direction
+               coefficient that depends on v, or direction-dependent friction
     position   F + s(v/v_s) d(x)                 d: Coulomb friction at x minus its mean
     observer   F' = L (K u - J v' - F)           in state form q = F + L J v,  q' = L (K u - F),
                                                  by Euler's method

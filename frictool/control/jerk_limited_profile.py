@@ -9,9 +9,10 @@
 a is the largest acceleration, T the sample period, r the reference; + marks values at this sample.
 The braking law v*(w) is the largest speed from which the axis can stop at its target if the speed
 changes by at most a T per sample. In the square-root part of the law, v+ = v - a T; in the linear
-part, two samples end the motion. If |d+| <= END a T^2 and |v+| <= END a T, both are set to 0. The
-target may change at any sample, also in motion. A move takes at most three samples longer than
-`duration`, which is the time of the time-optimal trapezoid plus N - 1 samples for the mean.
+part, two samples end the motion. If |d+| <= END a T^2 and |v+| <= END a T with END = 1/256, both
+are set to 0. The target may change at any sample, also in motion. A move takes at most three
+samples longer than `duration`, which is the time of the time-optimal trapezoid plus N - 1 samples
+for the mean.
 
 The mean over N samples limits the jerk to 2 a/(N T) and delays the end of the move by N - 1
 samples. Sources: Zanasi, Lo Bianco, Tonielli, Automatica 36 (2000) 439-448 (discrete-time filter in

@@ -9,9 +9,9 @@ of a band of positions around the target. F_c is the real friction; the virtual 
 effort of the drive that brakes the axis. With `energy` the drive is released if real and virtual
 friction together would stop the axis within delta_e of the target. The effort of the released drive
 is -F_cv tanh(v/v_r) (5.41), with the speed scale v_r. The thesis prints the two cases of (5.41) in
-the wrong order. With this order, the brake would act outside the band, and the axis would never
-start. While the drive is released, the integrator keeps its value; the other states of the
-controller are updated as usual.
+the wrong order: as printed, the brake would act outside the band, and the axis would never start.
+While the drive is released, the integrator keeps its value; the other states of the controller are
+updated as usual.
 
 Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
 0. Boundedness and rest are proved, but not stability, because the derivative (5.12) of the Lyapunov

@@ -13,13 +13,13 @@ period, J the inertia, e the drive's effort, and `cell` the width of the dead zo
 zone nothing is corrected: between two counts the model determines the speed, which is 0 at rest.
 The dry friction is the value of the friction map at x^; while the backlash is open, it is the
 friction of the motor alone. The backlash follows thesis (4.45). The disturbance d [N m | N] is the
-effort that the model lacks, added to the drive. At rest, d is between 0 and the value that reduces
-the drive's effort to the breakaway friction.
+effort that the model lacks, added to the drive. At rest, d is limited. If the drive's effort
+exceeds the breakaway friction by x (negative backward), d is between 0 and -x; otherwise d is 0.
 
 Property: in slip, while m is not 0, the estimation error is linear with three poles at exp(-w T)
 (observe/design/tracking.py), where w is the observer's bandwidth. With cell = 0 the observer is
-linear. A cell of one encoder step is too wide, since the estimate then stays at the ends of the
-dead zone (docs/theory/velocity.md).
+linear. A cell of one encoder step is too wide, since the estimate then stays at an edge of the dead
+zone (docs/theory/velocity.md).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class TrackingParameters:
     - knees: (speed, increase of the viscous coefficient above that speed) for each change of the
       viscous coefficient
     - backlash: width of the gap [rad | m]
-    - loose: friction [N m | N] while the gap is open
+    - loose: friction of the motor alone [N m | N], which acts while the gap is open
     - top_speed, most_effort: bounds of the estimated speed and of the disturbance d
     """
 

@@ -17,7 +17,7 @@ CHECK = "before you close the loop, check that the position grows during forward
 
 
 def reading_notes(controller: Controller) -> dict[str, str]:
-    """Return notes on the encoder's reading by subject, `counts` and `index`.
+    """Return notes on the encoder's reading, by subject (`counts` or `index`).
 
     The result is empty if the counts grow during forward motion and neither the bench's column nor
     an index pulse changes them.

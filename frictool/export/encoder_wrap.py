@@ -67,7 +67,7 @@ class EncoderWrap:
 
     @property
     def requirement(self) -> str:
-        """Return the requirement for a program that contains the coefficients only."""
+        """Return the sentence that position and reference must be without wraps."""
         return (
             f"the encoder wraps after {self.period:.6g} {self.units[0]}: position and reference "
             "must be without wraps"

@@ -3,9 +3,9 @@
 The sequence is generated from a seed while the controller runs. The sequence depends on the
 controller document and the number format only. The position roughly imitates an axis in closed
 loop: it follows the filtered reference with a lag, and the encoder quantises it. A phase that waits
-for rest, release or the drive's limit ends after a bounded number of samples. At the end, inputs
-become invalid: several times for as many samples as the controller holds the last valid input, then
-for one sample longer, which sets the fault.
+for rest, for a released drive or for the drive's limit ends after a bounded number of samples. At
+the end, inputs become invalid: several times for the longest time without a fault, then for one
+sample longer, which sets the fault.
 
 The program in double precision runs with the same inputs. The difference between its drive and the
 drive in the number format shows the effect of rounding.
@@ -247,7 +247,7 @@ class _VectorSequence:
             self.sample(reference)
 
     def block(self, reference: float) -> None:
-        """Keep the axis still until the drive was limited for 50 samples, at most PHASE samples."""
+        """Keep the axis still until 50 samples had a limited drive, for at most PHASE samples."""
         limited = 0
         for _ in range(PHASE):
             self.sample(reference)

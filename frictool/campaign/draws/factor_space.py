@@ -32,8 +32,8 @@ class Factor:
     `whole`: True if the values are whole numbers, all equally likely.
     `least`: (name of another factor, scale). The value of this factor is at least scale times the
         value of the other factor. None if there is no such condition.
-    `ratio`: range of the value divided by this limit. If present, the ratio is drawn uniformly,
-        and low and high are the smallest and the largest possible values.
+    `ratio`: range of (value of this factor)/(its least value by `least`). If given, this quotient
+        is drawn uniformly, and low and high are the smallest and the largest resulting values.
     """
 
     name: str
@@ -97,7 +97,7 @@ def plant_factors(
 
     `ranges`: range of each parameter in the plant document.
     `instead`: ranges that replace those of the document, by parameter.
-    `fixed`: value of each parameter without a range, in any suitable unit.
+    `fixed`: values that replace those of the document, for parameters without a range.
     """
     ends = {
         name: _ends(entry, instead.get(name), fixed.get(name)) for name, entry in ranges.items()

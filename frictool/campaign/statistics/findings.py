@@ -53,9 +53,9 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        UNDECIDED: `reached` is True, but there is a `doubt`, or no trial decides one of the
-            requirements; or all trials are undecided; or no rate is required, some trials are
-            undecided, and none fails.
+        UNDECIDED if `reached` is True: there is a `doubt`, or a requirement that no trial decides.
+        UNDECIDED if `reached` is False: all trials are undecided, or no rate is required and no
+            trial fails.
         NOT SHOWN: the trials do not show the required pass rate, but more draws may show it.
         """
         if self.reached:

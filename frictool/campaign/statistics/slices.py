@@ -63,8 +63,8 @@ class SortedDraws:
     def sliced(self, factor: int, count: int, chosen: NDArray[np.bool_]) -> Slices:
         """Return `count` slices of a factor's range, for the draws in the mask `chosen` (n,).
 
-        Each value is a slice if the factor has at most `count` values, which are whole numbers or
-        the ends of the range.
+        If the factor has at most `count` different values, such as a few whole numbers or only the
+        ends of its range, each value is a slice.
         """
         if self._few[factor]:
             where = (

@@ -158,7 +158,7 @@ class TrialPlayer(ScenarioJudge):
             return TrialResult(draw, (), (), f"{type(error).__name__}: {error}")
 
     def nominal(self) -> tuple[Requirement, ...]:
-        """Simulate the nominal plant, with the values in `given`, but without `spread`.
+        """Simulate the nominal plant with the values `given` of the scenario, without its `spread`.
 
         Return the judged requirements. Raises FrictoolError if the plant cannot be simulated or the
         documents do not fit together.

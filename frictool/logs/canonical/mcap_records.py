@@ -242,8 +242,8 @@ def _is_header(body: bytes) -> bool:
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
     """Return True if the lengths inside a body agree with the record's length.
 
-    The times of a message and the length of a footer or data end record are checked instead. The
-    result is False for all other kinds of records, because reading is not resumed at them.
+    For a message, its times are checked instead; for a footer or data end record, its length. The
+    result is False for kinds of records at which reading is not resumed.
     """
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
         start, end, _, _, name = _CHUNK.unpack_from(body)

@@ -1,9 +1,8 @@
 """Guess of the columns, units, sample period and encoder step for a new bench.yaml from a log.
 
-If the unit and the name of a column contradict each other, the unit decides. An exception is a
-column with a clear name: such a column fits no channel if its unit contradicts its name. A column
-that fits no channel is not used. Missing units, and the choice among several columns that fit,
-become questions to the user (column_choice.py).
+If the unit of a column contradicts a clear name, the column fits no channel and is not used. If the
+unit contradicts a less clear name, the unit decides. Missing units, and the choice among several
+columns that fit, become questions to the user (column_choice.py).
 """
 
 from __future__ import annotations

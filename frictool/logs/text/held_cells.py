@@ -13,7 +13,7 @@ class HeldCells:
     """Filler of the cells without a number, block by block.
 
     Rows at the start are left out until each column has a number. A column without a number in the
-    first block of the file is not waited for.
+    first block of the file is ignored for this purpose.
     """
 
     def __init__(self) -> None:
