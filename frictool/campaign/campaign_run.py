@@ -10,7 +10,7 @@ The command also stores completed trials, so that an interrupted campaign can be
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, get_args
@@ -197,17 +197,22 @@ def campaign(
         commands_of(request.number),
         progress,
     )
-    remarks = remarks_of(setting, trial.space)
-    findings = find(
+    return CampaignResult(findings_of(trial, trials, worst, request), tuple(worst))
+
+
+def findings_of(
+    trial: TrialPlayer, trials: Trials, worst: Sequence[WorstCase], request: CampaignRequest
+) -> Findings:
+    """Return the statistics of the trials, with the warnings and the doubt about their setting."""
+    return find(
         trials,
         request.method,
         worst,
         request.at_least,
         request.confidence,
-        remarks,
+        remarks_of(trial.setting, trial.space),
         doubt_of(trial),
     )
-    return CampaignResult(findings, tuple(worst))
 
 
 def conduct(

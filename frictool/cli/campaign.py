@@ -217,9 +217,8 @@ def command(
 
 
 def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
+    from frictool.campaign.campaign_run import findings_of
     from frictool.campaign.draws.sampling import draws_of
-    from frictool.campaign.statistics.findings import find
-    from frictool.campaign.trials.campaign_warnings import doubt_of, remarks_of
     from frictool.campaign.trials.trial_player import TrialPlayer
     from frictool.campaign.trials.trial_store import TrialStore
     from frictool.campaign.trials.varied_space import space_of_setting
@@ -237,16 +236,7 @@ def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
         options.kept, header_of(trial, paths, request.method, draws.units.shape[0])
     ) as store:
         trials, worst = _play(trial, draws, store, paths, options)
-        remarks = remarks_of(setting, space)
-        findings = find(
-            trials,
-            request.method,
-            worst,
-            request.at_least,
-            request.confidence,
-            remarks,
-            doubt_of(trial),
-        )
+        findings = findings_of(trial, trials, worst, request)
         _save(findings, worst, _provenance(paths, options), paths, options)
         if options.keep is None:
             store.remove()

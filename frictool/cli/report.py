@@ -40,8 +40,8 @@ no step. The modulus margin needs --controller. It is the margin of the simulate
 undecided if the controller was not verified for the model or the rig of the log. The verdict is
 FAIL if a requirement is not met, else UNDECIDED if one is undecided, else PASS.
 
-If the model of a simulated log is valid on one side of a position only (`valid_side`), and the
-positions leave this side, met requirements are undecided, except the modulus margin.
+The model of a simulated log may be valid only on one side of a position (`valid_side`). If the
+positions leave this side, a requirement that is met becomes undecided. The modulus margin does not.
 
 --bench, or else the controller's bench, describes the columns of raw CSV and MAT logs, and provides
 the drive's limit and the backlash. Several logs are overlaid, aligned at their common steps.

@@ -38,17 +38,17 @@ class ValidSide(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def place(self, axis: Axis) -> str:
         """Return the valid positions in words, such as `above 0.4 rad (22.9 deg)`."""
-        also = f" ({math.degrees(self.of.value):.3g} deg)" if axis == "rotary" else ""
+        also = f" ({math.degrees(self.of.value):.4g} deg)" if axis == "rotary" else ""
         return f"{self.side} {self.of.value:.3g} {self.of.unit}{also}"
 
     def left_words(self, axis: Axis, low: float, high: float, moving: str) -> str:
-        """Return why a motion from `low` to `high` [rad | m] is not on this side; "" if it is.
+        """Return why the range `low` to `high` [rad | m] leaves the valid side, or "".
 
-        moving: noun for the text, in the plural, such as `steps`.
+        moving: plural noun for the text, such as `steps`.
         """
         if self.contains(low, high):
             return ""
         return (
-            f"the model is valid {self.place(axis)} only, but the {moving} reach from {low:.4g} to "
+            f"the model is valid only {self.place(axis)}, but the {moving} range from {low:.4g} to "
             f"{high:.4g} {si_unit('position', axis)}"
         )

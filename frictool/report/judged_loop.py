@@ -41,7 +41,7 @@ class JudgedLoop:
             else self._words(f"the bench {bench.name}", bench_differences(controller, bench))
         )
         self._beyond: dict[tuple[tuple[str, str], ...], str] = {}
-        self._doubt = doubt
+        self.doubt = doubt
 
     def margin(self, log: Log, topic: str) -> tuple[float | None, str]:
         """Return (modulus margin, "") for the plant of the stream `topic`, or (None, reason).
@@ -67,7 +67,7 @@ class JudgedLoop:
 
         The text is empty if the rigs agree or the log's rig is unknown, and there is no doubt.
         """
-        return "; ".join(one for one in (self._different(log), self._doubt) if one)
+        return "; ".join(one for one in (self._different(log), self.doubt) if one)
 
     def _different(self, log: Log) -> str:
         if not _simulated(log):

@@ -99,7 +99,7 @@ def verdict_of(request: ReportRequest) -> Verdict:
         for item in gather_evidence(spec, logs, RigFacts.of(bench), loop)
     )
     streams = [item for item, _ in evidence]
-    doubt = _doubt(request, streams)
+    doubt = _doubt(request, streams, loop)
     requirements = tuple(
         with_knowledge(
             _doubted(make(spec, evidence, controller), doubt), streams, controller, request.proof
@@ -122,22 +122,21 @@ def verdict_of(request: ReportRequest) -> Verdict:
     )
 
 
-def _doubt(request: ReportRequest, streams: Sequence[StreamEvidence]) -> str:
+def _doubt(
+    request: ReportRequest, streams: Sequence[StreamEvidence], loop: JudgedLoop | None
+) -> str:
     """Return why a simulation that meets the specification may differ from the axis, or "".
 
     - Positions leave the side on which the model is valid.
-    - The axis rings after its stops. If the specification has a modulus margin, this requirement
-      contains the reason.
+    - The axis rings after its stops. If the specification has a modulus margin, the result is "",
+      since the requirement `modulus_margin` then states this reason.
     """
     for log in request.logs:
         if left := _left_side(request.spec, log):
             return left
-    simulated = any(item.simulated for item in streams)
-    if request.controller is None or request.spec.modulus_margin is not None or not simulated:
+    if loop is None or request.spec.modulus_margin is not None:
         return ""
-    from frictool.verify.ringing_loop import ringing_doubt
-
-    return ringing_doubt(request.controller)
+    return loop.doubt if any(item.simulated for item in streams) else ""
 
 
 def _left_side(spec: Spec, log: Log) -> str:
@@ -157,7 +156,7 @@ def _left_side(spec: Spec, log: Log) -> str:
 
 
 def _doubted(requirement: Requirement, doubt: str) -> Requirement:
-    """Return the requirement, undecided if it is met in simulations that `doubt` concerns."""
+    """Return the requirement; it becomes undecided if it is met and there is a `doubt`."""
     if not doubt or not requirement.met or requirement.key == "modulus_margin":
         return requirement
     return replace(requirement, met=None, reason=doubt)

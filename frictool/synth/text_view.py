@@ -221,9 +221,11 @@ def _margins(controller: Controller) -> list[str]:
             f"{share:.3g} % of the limit"
         )
         if share > AUDIBLE and not _released(controller):
+            filtered = controller.velocity.source == "position"
+            remedy = "velocity.bandwidth_rad_s" if filtered else "the bandwidth"
             lines.append(
-                "  the drive is on at rest, and alternates by this value if the encoder alternates "
-                "between two counts; for less, reduce velocity.bandwidth_rad_s of the design"
+                "  the drive stays on at rest: it changes by this value whenever the encoder "
+                f"changes by a count; to reduce this value, lower {remedy} of the design"
             )
     if verified.rounded:
         figures = ", ".join(

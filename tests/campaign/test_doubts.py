@@ -17,7 +17,7 @@ from frictool.campaign.doubts import doubts_of, slower_factor
 from frictool.campaign.draws.factor_space import space_of
 from frictool.campaign.draws.spread_factors import spread_factors
 from frictool.campaign.trials.campaign_warnings import doubt_of, remarks_of
-from frictool.campaign.trials.trial_player import ScenarioJudge
+from frictool.campaign.trials.trial_player import CampaignSetting, TrialPlayer
 from frictool.campaign.views.played_view import played_json, played_lines
 from frictool.documents.controller import Controller
 from frictool.documents.mechanism import Coupling
@@ -43,6 +43,10 @@ FAST, SLOW = 6000.0, 60.0  # rad/s, far above the loop and within it
 
 def ringing_model(rad_s: float) -> Model:
     return replace(clutch_model(), ringing=Oscillation(rad_s, 0.03))
+
+
+def player(setting: CampaignSetting) -> TrialPlayer:
+    return TrialPlayer(setting, space_of(spread_factors(setting.scenario)), seed=3)
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +165,7 @@ def test_simulated_verdicts_are_undecided_beyond_the_valid_side(
     for one, plain in zip(verdict.requirements, everywhere, strict=True):
         assert one.met == (plain.met if valid else plain.met and None)
     setting = trial().setting._replace(plant=model, spec=loose)
-    doubt = doubt_of(ScenarioJudge(setting))
+    doubt = doubt_of(player(setting))
     assert (doubt == "") == valid
     assert valid or "above 7 rad" in doubt
 
@@ -174,7 +178,7 @@ def test_simulated_verdicts_contain_the_ringing_without_a_margin(loop: Controlle
         verdict = judge(loose, [log], rung)
         assert {one.met for one in verdict.requirements} <= {met, False}
         setting = trial().setting._replace(controller=rung, spec=loose)
-        assert ("9.55 Hz" in doubt_of(ScenarioJudge(setting))) == (met is None)
+        assert ("9.55 Hz" in doubt_of(player(setting))) == (met is None)
 
 
 def test_an_undecided_test_is_no_pass(loop: Controller, short: DesignTest) -> None:

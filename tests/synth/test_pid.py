@@ -293,8 +293,8 @@ def test_a_drive_that_alternates_at_rest_is_named() -> None:
         controller = msgspec.structs.replace(result.controller, verified=verified)
         lines[name] = text(replace(result, controller=controller), disturbance(model()))
     assert "20 % of the limit" in lines["pid_limiter"]
-    assert "alternates by this value" in lines["pi_p"]
-    assert "alternates by this value" not in lines["pid_limiter"]
+    assert "the drive stays on at rest" in lines["pi_p"]
+    assert "the drive stays on at rest" not in lines["pid_limiter"]
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from typing import Any
 
 from frictool.adapters.temperature_factors import temperature_words
 from frictool.campaign.draws.factor_space import FactorSpace
-from frictool.campaign.trials.trial_player import CampaignSetting, ScenarioJudge, plant_of
+from frictool.campaign.trials.trial_player import CampaignSetting, TrialPlayer, plant_of
 from frictool.documents.bench_values import bench_values_words
 from frictool.documents.conditions import DriftPoint, Drifts
 from frictool.documents.digests import changed_words
@@ -23,7 +23,6 @@ from frictool.verify.certified_intervals import (
     outside_message,
     parameters_outside,
 )
-from frictool.verify.ringing_loop import ringing_doubt
 
 Interval = tuple[float, float]
 
@@ -61,20 +60,20 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     return (*_uncertified(setting, space), *filter(None, words))
 
 
-def doubt_of(judge: ScenarioJudge) -> str:
+def doubt_of(trial: TrialPlayer) -> str:
     """Return why the trials may differ from the axis, although they pass; "" if there is no reason.
 
     - The steps leave the side on which the model is valid.
-    - The axis rings after its stops. If the specification has a modulus margin, this requirement
-      contains the reason, and the result is "".
+    - The axis rings after its stops. If the specification has a modulus margin, the result is "",
+      since the requirement `modulus_margin` then states this reason.
     """
-    setting = judge.setting
+    setting = trial.setting
     side = plant_of(setting.plant).rig.valid_side
     if side is not None:
-        ends = judge.reference_range
+        ends = trial.reference_range
         if left := side.left_words(setting.spec.axis, *ends, "steps"):
             return left
-    return ringing_doubt(setting.controller) if setting.spec.modulus_margin is None else ""
+    return trial.margin_doubt if setting.spec.modulus_margin is None else ""
 
 
 def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:

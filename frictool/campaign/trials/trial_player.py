@@ -71,10 +71,10 @@ class ScenarioJudge:
     @cached_property
     def _judge(self) -> RunJudge:
         records = self.test.rig_records(self.setting.scenario)
-        return RunJudge(self.setting.spec, self.setting.controller, records, self._doubt)
+        return RunJudge(self.setting.spec, self.setting.controller, records, self.margin_doubt)
 
-    @property
-    def _doubt(self) -> str:
+    @cached_property
+    def margin_doubt(self) -> str:
         """Return the reason why the margins may be wrong for every plant; here always ""."""
         return ""
 
@@ -118,8 +118,9 @@ class TrialPlayer(ScenarioJudge):
         super().__init__(setting)
         self.space, self.seed = space, seed
 
-    @property
-    def _doubt(self) -> str:
+    @cached_property
+    def margin_doubt(self) -> str:
+        """Return the reason why the margins may be wrong for every plant; "" if there is none."""
         return ringing_doubt(self.setting.controller)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -73,7 +73,8 @@ def headline(findings: Findings) -> str:
         if undecided_requirements
         else ""
     )
-    doubt = f"; {findings.doubt}" if findings.doubt else ""
+    doubted = findings.doubt and findings.outcome == "UNDECIDED"
+    doubt = f"; {findings.doubt}" if doubted else ""
     counts = f"{_counted(rate)}{_rated(rate)}{_required_text(findings)}"
     return f"{findings.outcome}: {counts}{undecided}{doubt}"
 

@@ -262,7 +262,7 @@ def _names_position(one: OfferedColumn) -> bool:
 def _channels(one: OfferedColumn, axis: Axis, neutral: Set[str]) -> tuple[list[str], int]:
     """Return the channels that a column fits, and the rank of its name (`clarity`).
 
-    neutral: words that the name of a position command may contain besides a word for a command.
+    neutral: words that do not prevent the interpretation of a name as a position command.
     """
     if one.preset is not None:
         return [one.preset.channel] if one.preset.channel != NO_CHANNEL else [], 0

@@ -56,8 +56,8 @@ ROUNDED = (
     "times are so large that a double resolves only {:.2g} s; count times from the start, or "
     "write ISO 8601"
 )
-# spacing of doubles at the times, divided by the period, above which there is a warning: far below
-# the jitter of common loggers
+# largest rounding error of a time without a warning, divided by the period; far below the jitter of
+# common loggers
 LARGEST_ROUNDING = 1e-3
 # relative difference between the periods of log and bench above which there is an error if the
 # periods have to agree
