@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -66,6 +66,13 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> Model:
     model = known_model(replace(bench, mechanics=mechanics, actuator=actuator))
     breakaway = estimate(0.32, "N m", 0.02)
     return replace(model, parameters=replace(model.parameters, breakaway=breakaway))
+
+
+@pytest.fixture(scope="module")
+def plain_folder(plain: Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The extracted unit of the plain model."""
+    (content,) = axis_fmu(plain, ORIGIN, ())[0].values()
+    return extracted(content, tmp_path_factory.mktemp("plain") / "unit")
 
 
 def with_laws(model: Model, **laws: Any) -> Model:
@@ -150,6 +157,8 @@ LONG = ("directions", "regimes", "stribeck", "dwell", "end stops", "position", "
 def built(
     request: pytest.FixtureRequest, plain: Model, tmp_path_factory: pytest.TempPathFactory
 ) -> Built:
+    if request.param == "plain":
+        return Built("plain", plain, request.getfixturevalue("plain_folder"))
     model = CASES[request.param](plain)
     (content,) = axis_fmu(model, ORIGIN, ())[0].values()
     return Built(request.param, model, extracted(content, tmp_path_factory.mktemp("unit") / "unit"))
@@ -241,17 +250,20 @@ def test_fmpy_finds_no_fault_in_the_description(plain: Model, tmp_path: Path) ->
         assert validation.validate_fmu(str(path)) == []
 
 
-def test_random_plants_move_as_in_the_engine(built: Built) -> None:
+@pytest.mark.parametrize(
+    "seeds", [(0, 3, 5), pytest.param(range(6), marks=pytest.mark.accept)], ids=["few", "more"]
+)
+def test_random_plants_move_as_in_the_engine(built: Built, seeds: Sequence[int]) -> None:
     """At communication steps of a period, with the same modes and events."""
     modes, counted, bounced = set[int](), 0, 0
-    for seed in range(6):
+    for seed in seeds:
         rng = np.random.default_rng([2026, seed, list(CASES).index(built.case)])
         axis, settings = drawn(built.model, rng)
         plant, unit = Plant(axis, built.model), Unit(built.folder, **settings)
         events, hits, played = 0, 0, commands(rng, 12, 60)
         stops = axis.laws.stops[0] > -np.inf
-        if stops and seed == 0:  # swings up to the stops, in the resonance of the spring
-            played = np.append(played, np.tile(np.repeat([25.0, -25.0], 220), 3))
+        if stops and seed == 3:  # swings up to the stops, in the resonance of the spring
+            played = np.append(played, np.tile(np.repeat([25.0, -25.0], 220), 2))
         states, by_slips = events_of(plant.p, played, PERIOD) if stops else ([], [])
         for k, command in enumerate(played):
             unit.set(command=command)
@@ -269,7 +281,7 @@ def test_random_plants_move_as_in_the_engine(built: Built) -> None:
         counted += events
         bounced += hits
     assert modes == set(MODES.values())
-    assert counted > 20
+    assert counted > 3 * len(seeds)
     assert bounced > 0 or not stops
 
 
@@ -308,11 +320,10 @@ def assert_same(unit: Unit, plant: Plant) -> None:
 
 
 def test_parameters_that_change_between_steps_act_from_then_on(
-    plain: Model, tmp_path: Path
+    plain: Model, plain_folder: Path
 ) -> None:
     """Friction and inertia drift while the axis moves, sticks and runs through its backlash."""
-    (content,) = axis_fmu(plain, ORIGIN, ())[0].values()
-    unit = Unit(extracted(content, tmp_path / "unit"))
+    unit = Unit(plain_folder)
     base = axis_of(plain)
     plant = Plant(base, plain)
     rng = np.random.default_rng(1128)
@@ -352,13 +363,11 @@ def test_units_of_every_axis_are_defined(
     assert units["coulomb_forward"] == effort
 
 
-def test_an_hour_below_breakaway_moves_by_nothing(plain: Model, tmp_path: Path) -> None:
-    (content,) = axis_fmu(plain, ORIGIN, ())[0].values()
-    folder = extracted(content, tmp_path / "unit")
+def test_an_hour_below_breakaway_moves_by_nothing(plain: Model, plain_folder: Path) -> None:
     start = 0.1234567
     hold = (plain.parameters.breakaway.value - plain.parameters.offset.value) / 0.1
     for backlash, most in ((0.0, hold), (0.05, 0.1 * hold)):
-        unit = Unit(folder, start_position=start, backlash=backlash)
+        unit = Unit(plain_folder, start_position=start, backlash=backlash)
         rng = np.random.default_rng(3600)
         for command in rng.uniform(-most, most, 3600):
             unit.set(command=command)

@@ -58,15 +58,21 @@ def vectors_of(case: str, number: ProgramNumber) -> GoldenVectors:
     return golden_vectors(CASES[case], controller_program(CASES[case]), number)
 
 
+class Exports(dict[tuple[str, ProgramNumber], Path]):
+    """A folder of each case in each number format, written when it is first used."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    def __missing__(self, pair: tuple[str, ProgramNumber]) -> Path:
+        self[pair] = self.root / "_".join(pair)
+        write(CASES[pair[0]], self[pair], pair[1], vectors_of(*pair))
+        return self[pair]
+
+
 @pytest.fixture(scope="module")
-def exports(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, ProgramNumber], Path]:
-    """A folder of each case in each number format."""
-    root = tmp_path_factory.mktemp("exports")
-    folders = {}
-    for case, number in FITTING:
-        folders[case, number] = root / f"{case}_{number}"
-        write(CASES[case], folders[case, number], number, vectors_of(case, number))
-    return folders
+def exports(tmp_path_factory: pytest.TempPathFactory) -> Exports:
+    return Exports(tmp_path_factory.mktemp("exports"))
 
 
 # here each format by the first compiler, optimised, and one format by every compiler in each way;
@@ -89,7 +95,7 @@ def test_every_compiler_gives_every_bit(
     number: ProgramNumber,
     compiler: str,
     optimisation: str,
-    exports: dict[tuple[str, ProgramNumber], Path],
+    exports: Exports,
 ) -> None:
     code, told, _ = ran(built(exports[case, number], compiler, optimisation))
     samples = int(
@@ -98,17 +104,28 @@ def test_every_compiler_gives_every_bit(
     assert (code, told) == (0, f"speed: {samples} samples, every bit as in the simulation\n")
 
 
+# here each case in one format; the others in `make accept`
+SELF_TESTED = [
+    pytest.param(
+        *(case, number),
+        marks=()
+        if list(CASES).index(case) % len(NUMBERS) == NUMBERS.index(number)
+        else pytest.mark.accept,
+    )
+    for case, number in FITTING
+    if case != "cascade"
+]
+
+
 @needs_compiler
-@pytest.mark.parametrize(("case", "number"), [pair for pair in FITTING if pair[0] != "cascade"])
-def test_self_test_passes_bit_by_bit(
-    case: str, number: ProgramNumber, exports: dict[tuple[str, ProgramNumber], Path]
-) -> None:
+@pytest.mark.parametrize(("case", "number"), SELF_TESTED)
+def test_self_test_passes_bit_by_bit(case: str, number: ProgramNumber, exports: Exports) -> None:
     compiler = COMPILERS[len(case) % len(COMPILERS)]
     assert ran(built(exports[case, number], compiler, "-O3"))[0] == 0
 
 
 @needs_compiler
-@settings(max_examples=12)
+@settings(max_examples=settings.default.max_examples // 4)
 @given(
     controller=controllers(), number=st.sampled_from(NUMBERS), way=ways, seed=st.integers(0, 2**16)
 )
@@ -133,9 +150,7 @@ def test_random_controllers_on_random_inputs(
 
 @needs_compiler
 @pytest.mark.parametrize("number", NUMBERS)
-def test_no_undefined_behaviour(
-    number: ProgramNumber, exports: dict[tuple[str, ProgramNumber], Path]
-) -> None:
+def test_no_undefined_behaviour(number: ProgramNumber, exports: Exports) -> None:
     folder = exports["cascade" if number in ("double", "q31") else "position", number]
     program = built(
         folder, COMPILERS[0], "-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"
@@ -159,9 +174,7 @@ def test_no_undefined_behaviour(
     ],
     ids=["some", "others"],
 )
-def test_cppcheck_finds_nothing(
-    looked: list[tuple[str, ProgramNumber]], exports: dict[tuple[str, ProgramNumber], Path]
-) -> None:
+def test_cppcheck_finds_nothing(looked: list[tuple[str, ProgramNumber]], exports: Exports) -> None:
     files = [
         str(exports[pair] / name) for pair in looked for name in ("speed.c", "speed_selftest.c")
     ]
@@ -181,9 +194,7 @@ def test_cppcheck_finds_nothing(
 
 @needs_compiler
 @pytest.mark.parametrize("number", ["double", "float"])
-def test_products_are_never_fused_into_sums(
-    number: ProgramNumber, exports: dict[tuple[str, ProgramNumber], Path]
-) -> None:
+def test_products_are_never_fused_into_sums(number: ProgramNumber, exports: Exports) -> None:
     """A target with fused multiply-add gives other last bits unless the compiler is told not to."""
     for compiler in COMPILERS:
         machine = subprocess.run(
@@ -213,7 +224,7 @@ def test_products_are_never_fused_into_sums(
 @pytest.mark.parametrize("number", ["double", "q31"])
 @pytest.mark.parametrize("part", ["coefficient", "vector"])
 def test_self_test_notices_one_bit(
-    part: str, number: ProgramNumber, exports: dict[tuple[str, ProgramNumber], Path], tmp_path: Path
+    part: str, number: ProgramNumber, exports: Exports, tmp_path: Path
 ) -> None:
     folder = Path(shutil.copytree(exports["cut", number], tmp_path / "c"))
     file, pattern = {
@@ -240,7 +251,7 @@ def test_self_test_notices_one_bit(
 
 @pytest.mark.parametrize(("case", "number"), FITTING)
 def test_calls_nothing_but_sqrt_and_allocates_nothing(
-    case: str, number: ProgramNumber, exports: dict[tuple[str, ProgramNumber], Path]
+    case: str, number: ProgramNumber, exports: Exports
 ) -> None:
     source = (exports[case, number] / "speed.c").read_text()
     code = re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL)

@@ -16,8 +16,8 @@ from tests.fuzz import child
 from tests.fuzz.harness import SEED, fuzz
 from tests.support import sample_files
 
-INPUTS = (4, 9)  # of each format, in `make test` and in `make accept`
-LOGGER_INPUTS = (2, 3)  # of each logger: they are all text
+INPUTS = (2, 9)  # of each format, in `make test` and in `make accept`
+LOGGER_INPUTS = (1, 3)  # of each logger: they are all text
 
 
 @pytest.fixture(scope="module", params=sample_files.names())
@@ -45,7 +45,7 @@ def test_mutated_inputs_are_read_or_refused_in_one_line(
 
 
 def test_a_process_with_limits_runs_the_same():
-    result = fuzz(12, names=["csv"])
+    result = fuzz(6, names=["csv"])
     assert result["findings"] == []
     assert result["passed"]
 

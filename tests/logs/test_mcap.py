@@ -176,7 +176,7 @@ def test_what_another_tool_rewrites_is_read(compression: CompressionType, chunke
     assert same(read_bytes(out.getvalue()), log)
 
 
-@pytest.mark.parametrize("step", [21, pytest.param(7, marks=pytest.mark.accept)])
+@pytest.mark.parametrize("step", [41, pytest.param(7, marks=pytest.mark.accept)])
 def test_every_cut_is_refused(step: int):
     data = as_bytes(golden_log())
     for length in range(1, len(data), step):
@@ -184,7 +184,7 @@ def test_every_cut_is_refused(step: int):
             read_bytes(data[:length])
 
 
-@pytest.mark.parametrize("step", [10, pytest.param(3, marks=pytest.mark.accept)])
+@pytest.mark.parametrize("step", [29, pytest.param(3, marks=pytest.mark.accept)])
 def test_every_flipped_byte_is_refused(step: int):
     """All bytes lie under a CRC, are one, or are the frame around them: no flip passes, none raises
     anything else."""

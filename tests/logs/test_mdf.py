@@ -102,7 +102,7 @@ def test_longer_than_a_block(tmp_path: Path, compression: int):
 DTYPES = ("f8", "f4", "i1", "u1", "i2", ">u2", "i4", "u4", ">i4", "i8")
 
 
-@settings(max_examples=15)
+@settings(max_examples=settings.default.max_examples // 4)
 @given(
     values=st.lists(st.integers(-(2**52), 2**52), min_size=1, max_size=40),
     dtype=st.sampled_from(DTYPES),
@@ -149,7 +149,7 @@ def test_no_numbers(tmp_path: Path):
 
 
 @pytest.mark.parametrize("path", [V4, V3])
-@pytest.mark.parametrize("count", [6, pytest.param(12, marks=pytest.mark.accept)])
+@pytest.mark.parametrize("count", [3, pytest.param(12, marks=pytest.mark.accept)])
 def test_every_damage_is_one_line(count: int, path: Path, tmp_path: Path):
     """Cuts and broken bytes, each read in a process of its own."""
     whole, file = path.read_bytes(), tmp_path / "x.mf4"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from frictool.logs.kernels.decimal_parser import NO_NUMBER, NUMBER, UNDECIDED, scan_number
@@ -25,7 +25,6 @@ decimals = st.from_regex(
 )
 
 
-@settings(max_examples=300)
 @given(text=st.one_of(decimals, st.floats(allow_nan=False, allow_infinity=False).map(repr)))
 @example("9007199254740993")  # half-way between two doubles
 @example("9007199254740992.5")

@@ -43,7 +43,7 @@ def test_what_is_no_column_is_said():
     assert table.find(2) == "count"
 
 
-@settings(max_examples=15)
+@settings(max_examples=settings.default.max_examples // 4)
 @given(
     st.lists(st.none() | st.integers(-(2**31), 2**31 - 1), min_size=1, max_size=30),
     st.sampled_from(
@@ -137,7 +137,7 @@ def test_a_cut_file_is_one_line(tmp_path: Path):
         parquet_format.tables(tmp_path / "x.parquet")
 
 
-@pytest.mark.parametrize("count", [12, pytest.param(25, marks=pytest.mark.accept)])
+@pytest.mark.parametrize("count", [5, pytest.param(25, marks=pytest.mark.accept)])
 def test_every_damage_is_one_line(count: int, tmp_path: Path):
     whole, file = PATH.read_bytes(), tmp_path / "x.parquet"
     draw = np.random.default_rng(7)

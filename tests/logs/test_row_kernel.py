@@ -9,7 +9,7 @@ from datetime import UTC, datetime, timedelta, timezone
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.logs.kernels.date_order import DAY_FIRST, MONTH_FIRST, YEAR_FIRST
@@ -104,7 +104,6 @@ number = st.one_of(
 )
 
 
-@settings(max_examples=300)
 @given(
     rows=st.lists(
         st.lists(

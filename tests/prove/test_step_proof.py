@@ -165,7 +165,7 @@ BROKEN = {
 }
 
 
-LONG = {"loud", "steep law", "steep law, narrow band", "slow prefilter", "late release"}
+LONG = {"flat law", "loud", "steep law", "steep law, narrow band", "slow prefilter", "late release"}
 
 
 @pytest.mark.parametrize(
@@ -219,7 +219,7 @@ def test_no_edit_of_a_proof_passes() -> None:
     random = np.random.default_rng(SEED)
     leaves = [path for path in _leaves(values) if path[0] != "digest"]
     refused = seen = 0
-    for index in random.integers(len(leaves), size=1000):
+    for index in random.integers(len(leaves), size=400):
         edited = _edited(values, leaves[index], float(random.uniform(1.0 + 1e-9, 2.0)))
         try:
             document = msgspec.convert(edited, Proof)
@@ -235,8 +235,8 @@ def test_no_edit_of_a_proof_passes() -> None:
         elif leaves[index][0] == "controller" and leaves[index][1] != "verified":
             changed = any(one.startswith("controller.") for one in differences(claims, proof))
             assert changed or leaves[index][1] in ("name", "provenance")
-    assert refused + seen == 1000
-    assert seen > 500
+    assert refused + seen == 400
+    assert seen > 200
 
 
 def test_every_vertex_is_judged_alike_by_any_number_of_processes() -> None:

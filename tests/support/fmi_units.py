@@ -34,7 +34,7 @@ def extracted(
     simulation = description.find("CoSimulation")
     assert simulation is not None
     library = target / f"{simulation.attrib['modelIdentifier']}.so"
-    command = [COMPILERS[0], *STRICT, "-O2", "-shared", "-fPIC"]
+    command = [COMPILERS[0], *STRICT, "-O1", "-shared", "-fPIC"]
     done = subprocess.run(
         [*command, *source_files(folder), "-o", str(library), "-lm"],
         capture_output=True,
