@@ -76,6 +76,9 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
       of the log does not show whether the counter is signed.
     - `index_reset`: True if an index pulse resets the counter. The jumps of the position at the
       index are then removed. This needs the key `mechanics.top_speed`.
+    - `time_constant_s`: Time constant of a first-order lag between the true and the reported
+      position, such as the filter of a potentiometer or of a 4-20 mA transmitter. The default is 0.
+      If the key is absent, `identify` searches the logs for a lag.
     """
 
     counts_per_revolution: PositiveNumber | None = None
@@ -85,6 +88,7 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     wrap_bits: Annotated[int, msgspec.Meta(ge=8, le=32)] | None = None
     signed: bool | None = None
     index_reset: bool = False
+    time_constant_s: Annotated[float, msgspec.Meta(ge=0, le=10)] | None = None
 
     def __post_init__(self) -> None:
         if self.signed is not None and self.wrap_bits is None:
@@ -110,6 +114,11 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
             return self.step.value
         assert self.counts_per_revolution is not None
         return 2.0 * math.pi / self.counts_per_revolution
+
+    @property
+    def lag_s(self) -> float:
+        """Return the time constant [s] of the sensor's first-order lag; 0 if it is not stated."""
+        return self.time_constant_s or 0.0
 
     @property
     def position_per_count(self) -> float:
@@ -455,6 +464,10 @@ class Bench(
     def __post_init__(self) -> None:
         if self.axis == "linear" and (self.pendulum is not None or self.actuator.servo is not None):
             raise ValueError("pendulum and actuator.servo belong to a rotary axis")
+        if self.actuator.servo is not None and self.encoder.lag_s > 0.0:
+            raise ValueError(
+                "encoder.time_constant_s is not for a smart servo; write actuator.servo.delay"
+            )
         if self.axis == "linear" and self.encoder.counts_per_revolution is not None:
             raise ValueError(
                 "encoder.counts_per_revolution belongs to a rotary axis; write encoder.step"

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.resonances import Oscillation
+from frictool.errors import NoSolutionError
 
 KEY = "missing_effects"  # key of the texts, one a line, in the record `log` of a simulated log
 DIGITS = 3  # significant digits of the entry that the text suggests
@@ -14,7 +16,7 @@ DIGITS = 3  # significant digits of the entry that the text suggests
 
 def missing_effects(model: Model) -> Iterator[str]:
     """Yield a warning for each effect that the logs of `model` show, but that it lacks."""
-    for missing in (missing_winding_lag, missing_ringing, missing_side):
+    for missing in (missing_winding_lag, missing_sensor_lag, missing_ringing, missing_side):
         if text := missing(model):
             yield text
 
@@ -43,6 +45,27 @@ def missing_side(model: Model) -> str | None:
         return None
     place = model.valid_side.place(model.axis)
     return f"the model is valid {place} only; beyond, the logs show another load"
+
+
+def missing_sensor_lag(model: Model) -> str | None:
+    """Return a warning if the position sensor has a lag, which only logs are evaluated with."""
+    lag = model.bench.encoder.lag_s
+    if lag == 0.0:
+        return None
+    return (
+        f"encoder.time_constant_s is {lag:.{DIGITS}g}: identify and validate include this lag; "
+        "exported models and observe ignore it; synth, verify, simulate and prove refuse it"
+    )
+
+
+def refuse_sensor_lag(bench: Bench, what: str) -> None:
+    """Raise NoSolutionError if the position sensor has a lag, which `what` would ignore."""
+    lag = bench.encoder.lag_s
+    if lag > 0.0:
+        raise NoSolutionError(
+            f"{bench.name}: encoder.time_constant_s: found {lag:.{DIGITS}g} s; {what} without a "
+            "lag of the position sensor only (0)"
+        )
 
 
 def missing_winding_lag(model: Model) -> str | None:

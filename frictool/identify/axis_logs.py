@@ -22,7 +22,7 @@ from frictool.identify.held_effort import slow_effort_warnings
 from frictool.identify.load_kink import LoadKink, load_kink
 from frictool.identify.measurement_faults import refuse_unmeasured
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import MotionRecord, sensed
 from frictool.identify.orientation import undriven
 from frictool.identify.record_plausibility import implausible
 from frictool.identify.rows.temperature_law import refuse_unknown_temperature
@@ -92,6 +92,12 @@ class AxisLogs:
             unused_ramps=kink.shown(self.bench) if self.ramps and not ramps else self.unused_ramps,
             kink=kink,
         )
+
+    def sensed(self, lag: float) -> AxisLogs:
+        """Return the logs of a position sensor with the first-order lag `lag` [s]."""
+        sliding = [sensed(record, lag) for record in self.sliding]
+        ramps = [sensed(record, lag) for record in self.ramps]
+        return replace(self, sliding=sliding, ramps=ramps, rows=motion_rows(sliding, self.bench))
 
     def with_load(self, laws: Laws | None) -> AxisLogs:
         """Return the logs with the effort of the load of `laws` stated in the records of ramps."""

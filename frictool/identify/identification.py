@@ -25,7 +25,14 @@ from frictool.identify.breakaway_parameters import (
     with_varying_breakaway,
     without_impossible_breakaway,
 )
-from frictool.identify.fit_result import CURVE, PARAMETERS, SLIDING, SlidingFit, UnusableLogs
+from frictool.identify.fit_result import (
+    CURVE,
+    PARAMETERS,
+    SLIDING,
+    Interval,
+    SlidingFit,
+    UnusableLogs,
+)
 from frictool.identify.fit_warnings import (
     contradiction_warnings,
     doubt_warnings,
@@ -37,6 +44,7 @@ from frictool.identify.fit_warnings import (
     short_stroke_warnings,
     unstable_load_warnings,
 )
+from frictool.identify.fitted_lag import fitted_lag
 from frictool.identify.interval_checks import NEVER_NEGATIVE, below_coulomb
 from frictool.identify.load_kink import LoadKink
 from frictool.identify.log_disagreement import pooling_warnings
@@ -46,6 +54,7 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.identify.orientation import negative_effort, reversed_sign
 from frictool.identify.outcome import Outcome, accept
 from frictool.identify.regression.term_selection import WORTH
+from frictool.identify.rows.effects import DELAY
 from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.temperature_law import with_reference
 from frictool.identify.sliding_parameters import (
@@ -200,7 +209,7 @@ def identify_records(
             *(one for one in logs.warnings if outcome.ramp or not one.endswith(LOOKS_SLIDING)),
             *_warnings(logs, free, outcome),
             *dict.fromkeys(chain.from_iterable(suspects.values())),
-            *(() if wider is None else wider.warnings(outcome.identified)),
+            *(() if wider is None else dict.fromkeys(wider.warnings(outcome.identified))),
         ),
         doubts={name: texts[0] for name, texts in suspects.items() if texts and name in ordered},
         notes=() if wider is None else wider.notes(outcome.identified),
@@ -254,6 +263,14 @@ def _estimate(logs: AxisLogs) -> _Estimate:
         free = sliding_fit(logs)
     except UnusableLogs as error:
         failure = str(error)
+    lag = None
+    if free is not None and not logs.drive_off:
+        lag = fitted_lag(free, logs.sliding, logs.bench, logs.settings.confidence)
+    if free is not None and lag is not None:
+        try:
+            return _with_lag(_estimate(logs.sensed(lag.value)), free, lag)
+        except NothingIdentified:
+            pass  # too few samples remain; the first fit includes the lag to first order
     kink = logs.find_kink(None if free is None else free.load)
     if kink is not None:
         return _estimate(logs.on_one_side(kink))
@@ -276,6 +293,30 @@ def _estimate(logs: AxisLogs) -> _Estimate:
         outcome = replace(outcome, fit=replace(outcome.fit, laws=outcome.laws))
         outcome = explained(logs, outcome)
     return _Estimate(logs, free, outcome, wider)
+
+
+def _with_lag(estimate: _Estimate, first: SlidingFit, lag: Interval) -> _Estimate:
+    """Return the estimate; its fit states the lag and the explanation of the fit `first`.
+
+    A warning says that the model lacks the lag.
+    """
+    fit = estimate.outcome.fit
+    if fit is None:
+        return estimate
+    late = Interval(-lag.value, -lag.high, -lag.low)
+    kept = [one for one in first.explanations if one.name == DELAY]
+    kept += [one for one in fit.explanations if one.name != DELAY]
+    stated = replace(fit, effects={**fit.effects, DELAY: late}, explanations=tuple(kept))
+    text = (
+        f"the position follows the effort with a lag of {1e3 * lag.value:.3g} ms, which the model "
+        "lacks; state it in encoder.time_constant_s (sensor) or "
+        "actuator.loop_time_constant_s (drive)"
+    )
+    wider = estimate.wider
+    if wider is not None:
+        cautions = (*wider.cautions, *((name, text) for name in PARAMETERS))
+        wider = replace(wider, cautions=cautions)
+    return estimate._replace(outcome=replace(estimate.outcome, fit=stated), wider=wider)
 
 
 def _with_total_load(logs: AxisLogs, outcome: Outcome) -> Outcome:

@@ -17,6 +17,12 @@ A logged voltage is the command, which the drive holds until the next sample. If
 lag of a voltage drive, such as L/R of the winding, `lagged` computes the effort at the samples from
 the voltage. Between two samples, this effort moves as the effort of a current drive does.
 
+If the position sensor has a first-order lag (`encoder.time_constant_s`), effort and reported
+position are compared after the same lag: `sensed` filters the effort. The equation of motion is
+linear during slip, so that both sides of the filtered equation have the same inertia and viscous
+friction. The friction changes its sign before the reported motion does; `slip_mask` leaves the
+affected samples out.
+
 If a log has a measured velocity and no position, the position of its record is the trapezoidal
 integral of the velocity from 0. Second differences of this position are differences of the
 velocity, so that methods without terms over position need no change. The absolute position is
@@ -133,6 +139,7 @@ class MotionRecord:
       temperature was not measured
     - servo: inputs of a servo's firmware; None for another actuator
     - winding: signals of the winding in the whole log; None if the log lacks one of them
+    - sensor_lag: time constant of the position sensor, which is applied to `effort`, s
     - load: part of `effort` that balances the known load, (n,), N m | N; None without a known load
     """
 
@@ -150,6 +157,12 @@ class MotionRecord:
     servo: ServoSignals | None = None
     winding: WindingSignals | None = None
     load: Vector | None = None
+    sensor_lag: float = 0.0
+
+    @property
+    def effort_lag(self) -> float:
+        """Return the time constant [s] with which `effort` moves between samples; 0 if held."""
+        return self.lag + self.sensor_lag
 
     @property
     def measured(self) -> Vector:
@@ -388,6 +401,8 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
     """
     record = lagged(_motion_of(log, bench), _command_lag(log, bench))
     record = replace(record, winding=_winding(log))
+    if record.velocity is None:
+        record = sensed(record, bench.encoder.lag_s)
     return _with_temperature(_with_servo(record, log, bench), log)
 
 
@@ -424,13 +439,52 @@ def lagged(record: MotionRecord, lag: float) -> MotionRecord:
     return replace(record, effort=np.concatenate(parts), lag=lag)
 
 
+def sensed(record: MotionRecord, lag: float) -> MotionRecord:
+    """Return the record with its effort after another lag `lag` [s] of the position sensor.
+
+    Between two samples, the effort is constant, or moves exponentially with the time constant
+    `effort_lag`. The filter is exact for both. At the first sample of each gap-free part, the
+    effort is assumed to be constant before.
+    """
+    if lag == 0.0:
+        return record
+    period = record.period
+    pole = math.exp(-period / lag)
+    before, at = 1.0 - pole, 0.0  # weights of the effort one sample before and at the sample
+    if record.effort_lag > 0.0:
+        decay = math.exp(-period / record.effort_lag)
+        rate = 1.0 / lag - 1.0 / record.effort_lag
+        # mean of the drive's exponential over the sensor's exponential
+        kept = (decay - pole) / (lag * rate) if abs(rate) * period > 1e-6 else pole * period / lag
+        at = (1.0 - pole - kept) / (1.0 - decay)
+        before = kept - at * decay
+    parts = [
+        scipy.signal.lfilter([at, before], [1.0, -pole], effort, zi=[(1.0 - at) * effort[0]])[0]
+        for effort in np.split(record.effort, np.flatnonzero(np.diff(record.piece)) + 1)
+    ]
+    return replace(record, effort=np.concatenate(parts), sensor_lag=record.sensor_lag + lag)
+
+
+def delayed(record: MotionRecord, delay: float) -> MotionRecord:
+    """Return the record with its effort delayed by `delay` [s], interpolated linearly."""
+    index = np.arange(record.effort.size, dtype=np.float64)
+    late = np.interp(index - delay / record.period, index, record.effort)
+    return replace(record, effort=late)
+
+
+def fitted_part(record: MotionRecord, bench: Bench) -> float:
+    """Return the lag [s] that the logs, and not the bench, state for the position sensor."""
+    return record.sensor_lag if bench.encoder.time_constant_s is None else 0.0
+
+
 def held_command(record: MotionRecord, bench: Bench) -> MotionRecord:
     """Return the record with the effort of a voltage drive before its lag, held between samples.
 
     This reverses `lagged`. The effort of the last sample of each gap-free part has no effect in the
-    record; it is taken as equal to the preceding effort. Another drive leaves the record unchanged.
+    record; it is taken as equal to the preceding effort. Another drive leaves the record unchanged,
+    and so does a lag of the position sensor.
     """
-    if record.lag == 0.0 or not bench.actuator.winding_delays:
+    if record.lag == 0.0 or record.sensor_lag > 0.0 or not bench.actuator.winding_delays:
         return record
     pole = math.exp(-record.period / record.lag)
     held = (record.effort[1:] - pole * record.effort[:-1]) / (1.0 - pole)

@@ -59,14 +59,23 @@ from frictool.identify.estimators.load_hypotheses import declared_term
 from frictool.identify.estimators.searched_records import ECCENTRICITY
 from frictool.identify.falling_friction import falling_friction
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.fitted_lag import exchanged_inertia, late_fit
 from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.further_orders import further_orders
 from frictool.identify.hidden_effects import hidden_effects
 from frictool.identify.interval_checks import contradicts
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import READ_APART, MotionRecord, lagged, late_reading
+from frictool.identify.motion_record import (
+    READ_APART,
+    MotionRecord,
+    delayed,
+    fitted_part,
+    late_reading,
+    sensed,
+)
 from frictool.identify.outcome import sliding_intervals
 from frictool.identify.rows.effects import DELAY
+from frictool.identify.sensor_lag_doubt import sensor_lag_doubts
 from frictool.identify.winding_delay import (
     current_between_samples,
     lag_doubts,
@@ -80,7 +89,6 @@ SMOOTHER = 2.0  # factor on the length of the smoothing windows of the second fi
 # cycle per turn, usual for a magnetic encoder at the end of a shaft
 LOCAL_GAIN = 5e-3
 CERTAIN = 1e-4  # largest p-value of an effect that is reported
-DELAY_STEPS = 3  # Gauss-Newton steps to an exact delay or lag
 SERIES = (DELAY, "resonance")  # effects that the fit approximates to first order
 NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 
@@ -159,6 +167,7 @@ def widened(
     moved += falling_friction(regression)
     moved += _of_timing(fit, records, bench, confidence, (regression, smoother))
     moved += _of_resonance(fit, records, bench, confidence, smoother)
+    moved += _of_fitted_lag(records, bench, regression)
     gain = regression.encoder_gain(LOCAL_GAIN)
     further = further_orders(regression)
     moved += [one for one in (gain, further) if one is not None]
@@ -182,6 +191,7 @@ def widened(
     if unknown is not None and "inertia" in wide:
         cautions.append(("inertia", unknown))
     cautions += lag_doubts(records, bench, regression, wide)
+    cautions += sensor_lag_doubts(records, bench, inertial or regression, wide)
     certain = [one for one in accepted if one.held_out < NOTICEABLE and one.significance <= CERTAIN]
     certain.sort(key=lambda one: one.significance)
     ratios = {
@@ -348,24 +358,17 @@ def _of_delay(
     """Return the shifts of the parameters by an exact delay and by an exact lag.
 
     `plain` is the regression of the fit, and `model` the regression with the delay. The result is
-    empty if `model` has no delay. Each Gauss-Newton step delays or filters the effort by the
-    present estimate and fits the remaining delay to first order. A lag is tried only if the effort
-    is early, since the inverse of a lag would amplify noise.
+    empty if `model` has no delay. A lag is tried only if the effort is early, since the inverse of
+    a lag would amplify noise.
     """
     late = model.intervals().get(DELAY)
     if late is None:
         return []
     before = plain.intervals()
     out = []
-    for move in (delayed, lagging) if late.value < 0.0 else (delayed,):
-        delay = late.value
-        for _ in range(DELAY_STEPS):
-            changed = [move(one, -delay) for one in records]
-            regression = effect_regression(fit, changed, bench, plain.confidence)
-            after = {} if regression is None else replace(regression, used=model.used).intervals()
-            if DELAY not in after or (move is lagging and delay + after[DELAY].value >= 0.0):
-                break
-            delay += after[DELAY].value
+    for move in (delayed, sensed) if late.value < 0.0 else (delayed,):
+        exact = late_fit(fit, records, bench, model, move)
+        after = {} if exact is None else exact.regression.intervals()
         shift = {n: after[n].value - before[n].value for n in plain.names if n in after}
         out.append(AcceptedEffects((), 1.0, shift, scatter=added_scatter(before, after)))
     return out
@@ -427,6 +430,32 @@ def _of_reading(
     )
 
 
+def _of_fitted_lag(
+    records: Sequence[MotionRecord], bench: Bench, regression: EffectRegression
+) -> list[AcceptedEffects]:
+    """Return the shifts of the parameters by the uncertainty of a fitted lag.
+
+    The second shift is that of the inertia if lag and time constant of the axis are exchanged.
+    """
+    late = next((one for one in regression.free if one.term == DELAY), None)
+    if late is None or all(fitted_part(one, bench) == 0.0 for one in records):
+        return []
+    rest = regression.intervals([late]).get(DELAY)
+    if rest is None:
+        return []
+    rates = regression.rates(late)
+    shift = {name: rest.value * one for name, one in rates.items()}
+    scatter = {name: rest.half_width * abs(one) for name, one in rates.items()}
+    out = [AcceptedEffects((late.what,), 1.0, shift, scatter=scatter)]
+    found = regression.intervals()
+    lag = max(one.sensor_lag for one in records)
+    other = exchanged_inertia(found, lag, bench)
+    if other is not None and "inertia" in found:
+        change = {"inertia": other - found["inertia"].value}
+        out.append(AcceptedEffects((late.what,), 1.0, change, one_sided=True))
+    return out
+
+
 def _of_sampling(
     records: Sequence[MotionRecord], plain: EffectRegression | None, viscous: float
 ) -> list[AcceptedEffects]:
@@ -472,23 +501,6 @@ def _rates(
         for name, one in after.parameters.items()
         if name != "inertia" and name in before.parameters
     }
-
-
-def delayed(record: MotionRecord, delay: float) -> MotionRecord:
-    """Return the record with its effort delayed by `delay` [s], interpolated linearly."""
-    index = np.arange(record.effort.size, dtype=np.float64)
-    late = np.interp(index - delay / record.period, index, record.effort)
-    return replace(record, effort=late)
-
-
-def lagging(record: MotionRecord, lag: float) -> MotionRecord:
-    """Return the record with its effort filtered by a first-order lag of `lag` [s]."""
-    if record.lag == 0.0:
-        return lagged(record, lag)
-    pole = float(np.exp(-record.period / lag))
-    effort = record.effort
-    filtered = scipy.signal.lfilter([1.0 - pole], [1.0, -pole], effort, zi=[pole * effort[0]])[0]
-    return replace(record, effort=filtered)
 
 
 def _hull(one: Interval, other: Interval) -> Interval:

@@ -30,6 +30,7 @@ from msgspec import structs
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
+from frictool.documents.missing_effects import refuse_sensor_lag
 from frictool.documents.model import Model
 from frictool.documents.name_list import listed
 from frictool.documents.quantity import si_unit
@@ -135,8 +136,9 @@ def next_step(
     Raises
     ------
     NoSolutionError
-        If the bench allows no test.
+        If the bench allows no test, or if its position sensor has a lag.
     """
+    refuse_sensor_lag(bench, "plan rehearses tests and designs controllers")
     if not logs:
         return _ramps(bench)
     warnings: list[str] = []

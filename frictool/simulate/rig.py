@@ -8,7 +8,7 @@ from typing import Literal
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import FrictionOverTemperature
-from frictool.documents.missing_effects import missing_effects
+from frictool.documents.missing_effects import missing_effects, refuse_sensor_lag
 from frictool.documents.model import Model
 from frictool.documents.quantity import Axis, Span
 from frictool.documents.valid_side import ValidSide
@@ -67,7 +67,11 @@ class Rig:
 
 
 def rig_of(bench: Bench, model: Model | None = None) -> Rig:
-    """Return the rig of a bench; with a model, the rig includes the model's spring on the axis."""
+    """Return the rig of a bench; with a model, the rig includes the model's spring on the axis.
+
+    Raises NoSolutionError if the bench has a position sensor with a lag.
+    """
+    refuse_sensor_lag(bench, "simulations and proofs are valid")
     laws = None if model is None else model.laws
     return Rig(
         owner="the bench of {}",

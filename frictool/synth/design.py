@@ -13,7 +13,7 @@ from frictool.documents import controller as stored
 from frictool.documents.certificate import Box, Certificate
 from frictool.documents.design import Design
 from frictool.documents.digests import with_digests
-from frictool.documents.missing_effects import undeclared_ringing
+from frictool.documents.missing_effects import refuse_sensor_lag, undeclared_ringing
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
@@ -253,6 +253,7 @@ def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
 
 def _posed(model: Model, spec: Spec, design: Design) -> tuple[SynthesisProblem, ChosenWeights]:
     bench = model.bench
+    refuse_sensor_lag(bench, "synth designs a controller")
     chosen = choose_weights(model, spec, design)
     lag = bench.actuator.loop_time_constant_s
     if design.prewarp_rad_s is not None and design.prewarp_rad_s * bench.sample_period_s >= math.pi:

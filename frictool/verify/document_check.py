@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from frictool.documents.controller import Controller, DelayCheck, Limiter, Velocity
+from frictool.documents.missing_effects import refuse_sensor_lag
 from frictool.errors import NoSolutionError
 from frictool.plant.linear_axis import AxisRates
 from frictool.plant.polytope import PlantPoint
@@ -94,6 +95,7 @@ def check_document(controller: Controller, *, margins: bool = False) -> None:
     specified margin, the stored forms of the linear controller differ, or the anti-windup is
     unstable.
     """
+    refuse_sensor_lag(controller.bench, "margins and certificates are valid")
     _of_its_bench(controller)
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.controller import Controller
-from frictool.documents.missing_effects import undeclared_ringing
+from frictool.documents.missing_effects import refuse_sensor_lag, undeclared_ringing
 from frictool.documents.model import Model
 from frictool.errors import FrictoolError
 from frictool.plant.polytope import PlantPoint, corner_points
@@ -60,6 +60,7 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
     and the controller.
     """
     ours, theirs = controller.bench, model.bench
+    refuse_sensor_lag(theirs, "margins and certificates are valid")
     pairs = {
         "axis": (ours.axis, theirs.axis),
         "drive": (ours.actuator.drive, theirs.actuator.drive),

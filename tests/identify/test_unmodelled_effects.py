@@ -18,8 +18,8 @@ from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.fit_result import SLIDING, SlidingFit
 from frictool.identify.identification import identify_records
 from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, make_record
-from frictool.identify.unmodelled_effects import WidenedFit, delayed, widened
+from frictool.identify.motion_record import MotionRecord, delayed, make_record
+from frictool.identify.unmodelled_effects import WidenedFit, widened
 from frictool.typing import Vector
 from studies.rigs.identification_rigs import record
 from studies.rigs.sample_logs import sines

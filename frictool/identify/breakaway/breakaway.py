@@ -182,7 +182,7 @@ def _breakaway(
         if fall.velocity > 0.0:
             data = replace(data, fall=fall.value)
             fit = fit_breakaway(data, nominal)
-        lag_free = any(record.lag == 0.0 for record in records)
+        lag_free = any(record.effort_lag == 0.0 for record in records)
         half_step = 0.5 * max(o.rate for o in data.onsets) * records[0].period if lag_free else 0.0
         errors = breakaway_errors(data, fit, axis, fall, load, half_step, confidence)
         mean = errors.interval(np.mean(fit.levels, axis=0))

@@ -417,5 +417,5 @@ def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
 
 def _above(record: MotionRecord) -> float:
     """Return the time [samples] by which the acting effort of a ramp leads the logged effort."""
-    before, _, after = effort_weights(record.period, record.lag)
+    before, _, after = effort_weights(record.period, record.effort_lag)
     return after - before

@@ -375,7 +375,7 @@ def _delay(
 def _between(record: MotionRecord) -> float:
     """Return the largest timing error [s] of an effort interpolated between two samples."""
     return record.period * (
-        0.5 if record.lag == 0.0 else min(record.period / record.lag / 12.0, 0.5)
+        0.5 if record.effort_lag == 0.0 else min(record.period / record.effort_lag / 12.0, 0.5)
     )
 
 

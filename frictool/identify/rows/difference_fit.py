@@ -79,7 +79,7 @@ def memory_of(time_constant: float, period: float) -> int:
 def _rows(record: MotionRecord, time_constant: float) -> RegressionSamples:
     x, u, period = record.position, record.effort, record.period
     strokes = find_strokes(record)
-    before, at, after = effort_weights(period, record.lag)
+    before, at, after = effort_weights(period, record.effort_lag)
     signals = [
         (x[2:] - 2.0 * x[1:-1] + x[:-2]) / period**2,
         (x[2:] - x[:-2]) / (2.0 * period),

@@ -344,8 +344,9 @@ EFFECTS = (
         "delay",
         ("delay",),
         WHAT["delay"],
-        "correct the time stamps, record a current step for --measurement, state the lag of a "
-        "current drive in actuator.loop_time_constant_s, or declare load.terms: [offset, delay]",
+        "correct the time stamps, record a current step for --measurement, state the lag in "
+        "actuator.loop_time_constant_s or encoder.time_constant_s, or declare load.terms: "
+        "[offset, delay]",
         columns=_delay,
     ),
     Effect(

@@ -156,7 +156,7 @@ def axis_and_load(
         coulomb=coulomb,
         breakaway=max(rested, coulomb),
         offset=values["offset"],
-        lag=record.lag,
+        lag=record.effort_lag,
         backlash=mechanics.backlash.value if mechanics.backlash is not None else 0.0,
         backlash_coulomb=loose,
         backlash_breakaway=BACKLASH_BREAKAWAY_RATIO * loose,

@@ -17,6 +17,11 @@ Two velocities must meet the last condition:
   (`mean_velocity`), and 0 where the axis may rest at the end of a stroke. This velocity is also set
   to 0 where the axis may rest between faster parts of a stroke (`remove_rests`).
 
+If the position sensor has a lag, the true velocity is the reported velocity plus the lag times its
+derivative. This velocity then replaces the first one. Because the effort is filtered by the same
+lag, the first SETTLED time constants of each slip are not used: the filtered friction still
+contains the effort before this slip.
+
 A few samples of rest would shift the parameters, because the effort at rest takes any value up to
 the breakaway.
 """
@@ -40,6 +45,7 @@ SPEED_SHARE = 0.02
 # speed between two faster parts of a stroke, relative to the slower of these parts, below which the
 # axis may rest
 REST_SHARE = 0.1
+SETTLED = 4.0  # time constants after which a filtered change of the friction is below 2 %
 # An axis that turns without a rest stays in the last count of a stroke for at most TURN times the
 # duration of one count at the speed before this count.
 TURN = 4.0
@@ -82,6 +88,8 @@ def slip_mask(
     and may be NaN at the ends. `backlash` is the full width, rad | m.
     """
     mask = np.zeros(velocity.size, dtype=np.bool_)
+    if record.sensor_lag > 0.0:
+        velocity = velocity + record.sensor_lag * np.gradient(velocity, record.period)
     top = float(np.nanmax(velocity * strokes.sign, initial=0.0))
     slowest = max(NOISE_COUNTS * record.resolution / (window * record.period), SPEED_SHARE * top)
     gap = backlash + (2.0 * record.resolution if backlash > 0.0 else 0.0)
@@ -89,8 +97,14 @@ def slip_mask(
     mean_velocity(record.position, strokes.number, _certain_motion(record), record.period, certain)
     certain *= strokes.sign
     remove_rests(certain, strokes.number, np.empty(velocity.size))
+    along = np.minimum(velocity * strokes.sign, certain)
+    if record.sensor_lag > 0.0:
+        settled = round(SETTLED * record.sensor_lag / record.period)
+        starts = np.flatnonzero(np.diff(along > slowest, prepend=False) & (along > slowest))
+        first = np.minimum(starts[:, None] + np.arange(settled), along.size - 1)
+        along[first.ravel()] = 0.0
     mark_slip(
-        strokes.sign * np.minimum(velocity * strokes.sign, certain),
+        strokes.sign * along,
         strokes.sign,
         strokes.advance,
         strokes.number,

@@ -227,7 +227,7 @@ def smoothed_by(record: MotionRecord, g: Vector) -> tuple[Vector, Vector, Vector
             record.effort,
             c,
             g,
-            np.array(effort_weights(record.period, record.lag)),
+            np.array(effort_weights(record.period, record.effort_lag)),
             record.period,
             out,
         )

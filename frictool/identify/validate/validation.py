@@ -396,7 +396,9 @@ def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
     except ValueError as error:
         raise NoSolutionError(f"{model.name}: presliding: {error}") from None
     p = replay_parameters(
-        axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=piece.record.lag)
+        axis._replace(
+            laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=piece.record.effort_lag
+        )
     )
     state = piece.start()
     if dynamic is not None:
