@@ -251,7 +251,12 @@ def test_fmpy_finds_no_fault_in_the_description(plain: Model, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    "seeds", [(0, 3, 5), pytest.param(range(6), marks=pytest.mark.accept)], ids=["few", "more"]
+    ("built", "seeds"),
+    [
+        *((case, (1, 3, 5)) for case in CASES if case not in LONG),
+        *(pytest.param(case, range(6), marks=pytest.mark.accept) for case in CASES),
+    ],
+    indirect=["built"],
 )
 def test_random_plants_move_as_in_the_engine(built: Built, seeds: Sequence[int]) -> None:
     """At communication steps of a period, with the same modes and events."""
