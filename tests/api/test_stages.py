@@ -193,7 +193,7 @@ def test_what_a_bench_can_tell_is_asked_before_it_runs() -> None:
 
 def test_what_a_log_holds_is_told_of_one_in_memory_and_of_a_file(tmp_path: Path) -> None:
     path = tmp_path / "sines.csv"
-    path.write_text(first_part("sines.csv"))
+    path.write_text(first_part("sines.csv", 5000))
     of_file = info(path, BENCH)
     assert table(of_file) + "\n" == run("info", path, "--bench", CLUTCH / "bench.yaml").stdout
     assert {"format": "info/1", **of_file.facts} == json.loads(

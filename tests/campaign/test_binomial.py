@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -17,7 +17,6 @@ from frictool.campaign.statistics.clopper_pearson import draws_to_show, interval
 COUNTS = st.integers(1, 400).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n)))
 
 
-@settings(max_examples=40)
 @given(COUNTS, st.floats(0.5, 0.999))
 def test_the_interval_is_that_of_clopper_and_pearson(
     counts: tuple[int, int], confidence: float

@@ -7,7 +7,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import stats
@@ -133,7 +133,6 @@ def test_all_vertices_have_no_intervals() -> None:
     assert all(q.low is q.high is None for q in found.quantiles)
 
 
-@settings(max_examples=40)
 @given(
     arrays(float, st.integers(1, 60), elements=st.floats(-1e6, 1e6, width=32)),
     st.data(),

@@ -10,6 +10,7 @@ import pytest
 
 from studies.command_line import run
 from tests.support.command_line import also_called, refused
+from tests.support.short_logs import first_part
 
 ROOT = Path(__file__).parents[2]
 RIG = ROOT / "configs/clutch"
@@ -24,13 +25,14 @@ def chain(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "spec.yaml": RIG / "spec.yaml",
         "design.yaml": RIG / "designs/speed.yaml",
         "scenario.yaml": RIG / "scenarios/steps.yaml",
-        "log.csv": ROOT / "sample_logs/sines.csv",
     }.items():
         shutil.copy(source, folder / name)
+    (folder / "log.csv").write_text(first_part("sines.csv"))
     for line in (
         "ingest log.csv --bench bench.yaml -o log.mcap",
         "identify log.mcap --bench bench.yaml -o model.yaml",
-        "synth model.yaml --spec spec.yaml --design design.yaml --vertices-only -o controller.yaml",
+        "synth model.yaml --spec spec.yaml --design design.yaml --vertices-only --no-play "
+        "-o controller.yaml",
         "simulate model.yaml --controller controller.yaml --scenario scenario.yaml -o run.mcap",
     ):
         result = run(*(folder / word if "." in word else word for word in line.split()))

@@ -98,7 +98,7 @@ FINITE = st.floats(-1e100, 1e100).map(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=6)
+@settings(max_examples=settings.default.max_examples // 10)
 @given(values=st.lists(FINITE, min_size=2, max_size=20), start=st.integers(0, 10**15))
 def test_round_trip_of_any_numbers(kind: str, values: list[float], start: int):
     log = single(

@@ -270,7 +270,7 @@ COMPILE = """
 import json, sys
 from frictool.doctor import precompilation
 rows = json.loads(precompilation.LIST.read_bytes())
-laws = [f"frictool.friction.{name}" for name in ("coulomb_viscous", "stribeck")]
+laws = [f"frictool.friction.{name}" for name in ("coulomb_viscous",)]
 short = [row for row in rows if row[0] in laws]
 precompilation.LIST = __import__("pathlib").Path(sys.argv[1])
 gone = [[laws[0], "gone", "kernel", []]] * (len(sys.argv) > 2)
@@ -292,7 +292,7 @@ def test_compile_keeps_the_kernels_of_the_list(tmp_path: Path) -> None:
         return dict(json.loads(done.stdout)["compile"])
 
     first = facts()
-    assert first["kernels"] >= 4
+    assert first["kernels"] >= 2
     assert first["compiled"] > 0
     assert first["failures"] == []
     again = facts("gone", code=1)

@@ -20,6 +20,7 @@ from studies.rigs.clutch_model import clutch_model
 from studies.rigs.step_logs import ROOT, clutch_spec
 from studies.rigs.step_scenario import controller
 from studies.rigs.verified_controller import truthful
+from tests.support.short_logs import first_part
 
 LEFT = "example values of `frictool init` are not replaced yet"
 LOG = ROOT / "sample_logs/ramp.csv"
@@ -74,7 +75,8 @@ def test_a_command_that_reads_a_bench_of_examples_names_them_until_they_are_repl
 def test_what_a_model_copies_of_its_bench_carries_the_examples(tmp_path: Path) -> None:
     assert run("init", tmp_path / "rig", "--from", LOG, "--axis", "rotary").code == 0
     bench = tmp_path / "rig/bench.yaml"
-    model, sines = tmp_path / "model.yaml", ROOT / "sample_logs/sines.csv"
+    model, sines = tmp_path / "model.yaml", tmp_path / "sines.csv"
+    sines.write_text(first_part("sines.csv"))
     done = run("identify", sines, "--bench", bench, "-o", model)
     assert done.code == 0, done.stderr
     assert load(model).bench.examples == load(bench, Bench).examples
@@ -158,7 +160,5 @@ def test_every_output_of_a_verdict_repeats_them(tmp_path: Path) -> None:
 
 
 def test_documents_without_examples_are_read_without_a_word(tmp_path: Path) -> None:
-    done = run(
-        "info", ROOT / "sample_logs/sines.csv", "--bench", ROOT / "configs/clutch/bench.yaml"
-    )
+    done = run("info", LOG, "--bench", ROOT / "configs/clutch/bench.yaml")
     assert (done.code, done.stderr) == (0, "")

@@ -23,17 +23,18 @@ from frictool.identify.methods import IdentificationRequest
 from frictool.logs.fleet import FleetLog, members
 from frictool.logs.origin import LogName
 from studies.command_line import CommandResult, run
-from studies.rigs.identification_rigs import CLUTCH, ROOT, clutch
+from studies.rigs.identification_rigs import CLUTCH, clutch
 from tests.support.command_line import refused
+from tests.support.short_logs import first_lines
 
 PARTS = (("U1", "2026-01-03", 1.0), ("U1", "2026-02-03", 1.0), ("U2", "2026-01-04", 1.3))
 DATE = r"\d{4}-\d\d-\d\d"
 
 
 def part(number: int, scale: float) -> str:
-    """A third of the sample log, its current scaled: as of an actuator with other friction and
+    """A third of the first 15 s of the sample log, its current scaled: of another friction and
     another inertia."""
-    lines = (ROOT / "sample_logs" / "sines.csv").read_text().splitlines()
+    lines = first_lines("sines.csv", 15_000)
     head = [line for line in lines if not line[0].isdigit()]
     rows = [line.rsplit(",", 1) for line in lines[len(head) :]]
     third = rows[number * len(rows) // 3 : (number + 1) * len(rows) // 3]

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from studies.command_line import run
 from studies.rigs.step_scenario import write_rig
+from tests.support.short_logs import first_part
 
 ROOT = Path(__file__).parents[2]
 COMPILER = {"numba"}
@@ -28,8 +29,12 @@ for command in json.loads(sys.argv[1]):
 
 
 def test_commands_import_what_they_use(tmp_path: Path) -> None:
-    raw, bench = ROOT / "sample_logs", ROOT / "configs" / "clutch" / "bench.yaml"
+    bench = ROOT / "configs" / "clutch" / "bench.yaml"
     rig = write_rig(tmp_path)
+    raw = tmp_path / "raw"
+    raw.mkdir()
+    for name in ("sines.csv", "ramp.csv"):
+        (raw / name).write_text(first_part(name))
     logs = [tmp_path / "sines.mcap", tmp_path / "ramp.mcap"]
     ingests = [
         ["ingest", raw / f"{log.stem}.csv", "--bench", bench, "-o", log] for log in logs

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
+import scipy.io
 
 from frictool.logs.log import Log, Stream
 from studies.command_line import run
@@ -122,7 +123,10 @@ def test_a_reversed_sensor_is_named(tmp_path: Path):
     bench.write_text(
         EMPS.read_text().replace("{column: vir, unit: V}", "{column: vir, unit: V, scale: -1}")
     )
-    record = measured("emps/DATA_EMPS.mat")
+    record = tmp_path / "emps.mat"
+    whole = scipy.io.loadmat(measured("emps/DATA_EMPS.mat"))
+    part = {name: one[:8000] for name, one in whole.items() if not name.startswith("_")}
+    scipy.io.savemat(record, part)
     assert facts(record, "--bench", EMPS)["reversed"] == []
     assert facts(record, "--bench", bench)["reversed"] == ["effort"]
     assert (

@@ -333,7 +333,7 @@ def test_a_bad_log_leaves_no_folder(content: bytes, words: str, tmp_path: Path) 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["log.csv"]
 
 
-@settings(max_examples=20)
+@settings(max_examples=settings.default.max_examples // 3)
 @given(
     st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=30),
     st.text(min_size=1, max_size=10),

@@ -52,7 +52,11 @@ def _synth(spec: Path, *options: object) -> list[object]:
     return ["synth", RIG / "nonlinear.yaml", "--spec", spec, "--vertices-only", *options]
 
 
-def test_a_specification_is_enough(spec: Path, tmp_path: Path) -> None:
+def test_a_specification_is_enough(
+    spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = (replace(PI_CASCADE, candidates=10),)
+    monkeypatch.setattr("frictool.campaign.automatic_design.FAMILIES", few)
     controller, design = tmp_path / "controller.yaml", tmp_path / "controller.design.yaml"
     done = run(*_synth(spec, "-o", controller))
     assert done.code == 0, done.stderr

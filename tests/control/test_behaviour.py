@@ -8,7 +8,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from numpy.typing import NDArray
 
 from frictool.adapters.controller_composition import controller_program
@@ -55,7 +55,6 @@ class Running:
         )
 
 
-@settings(max_examples=60)
 @given(controllers(bounded=True), wanderings() | assaults())
 def test_the_drive_is_bounded_and_rest_is_exactly_zero(
     controller: Controller, sequence: tuple[float, list[Sample]]

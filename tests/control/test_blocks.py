@@ -65,7 +65,6 @@ def test_prefilter_has_unit_gain_and_its_own_time_constant(w: float, m: float) -
     assert PERIOD * sum(1 - f for f in filtered) == pytest.approx(2 * m / w, abs=1.5 * PERIOD)
 
 
-@settings(max_examples=40)
 @given(numbers, st.floats(1.0, 500.0), st.floats(0.1, 2.0))
 def test_settled_prefilter_does_not_move_by_a_bit(position: float, w: float, m: float) -> None:
     filtered, speed = _filtered(w, m, [position] * 5, start=position)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.adapters.controller_composition import controller_program
@@ -20,7 +20,6 @@ def _same(one: float, other: float) -> bool:
     return one == other and math.copysign(1.0, one) == math.copysign(1.0, other)
 
 
-@settings(max_examples=130)
 @given(controllers(), wanderings() | assaults(), st.floats(0.012, 0.015), st.floats(0.0, 0.2))
 def test_equals_the_plain_controller_bit_by_bit(
     controller: Controller, sequence: tuple[float, list[Sample]], constant: float, coulomb: float

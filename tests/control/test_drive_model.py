@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.control.compiled_program import compile_program, read, run_values
@@ -30,7 +30,6 @@ def efforts(commands: list[float], delay: int, lag: float, period: float) -> lis
     return found
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     st.lists(st.floats(-BOUND, BOUND), min_size=1, max_size=12),
     st.integers(0, 2),

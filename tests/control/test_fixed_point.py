@@ -51,7 +51,7 @@ def _equal(made: CompiledProgram, plain: InWords, samples: list[dict[str, float]
         assert made.word[list(plain.states)].tolist() == list(plain.states.values())
 
 
-@settings(max_examples=250)
+@settings(max_examples=2 * settings.default.max_examples)
 @given(seeds, bits)
 def test_no_program_overflows(seed: int, kept: int) -> None:
     """Any program with any inputs: all that is computed stays within its proved interval, its word
@@ -78,7 +78,6 @@ def test_most_random_programs_fit() -> None:
     assert sum(fits(seed) for seed in range(100)) >= 60
 
 
-@settings(max_examples=60)
 @given(controllers(bounded=True, scheduled=False), assaults(40) | wanderings(20), bits)
 def test_no_controller_overflows(
     controller: Controller, sequence: tuple[float, list[Sample]], kept: int

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 
@@ -111,7 +111,6 @@ def test_integrators_are_held_and_the_rest_moves_on(n: int, seed: int) -> None:
         x = _states(block, n)
 
 
-@settings(max_examples=50)
 @given(st.integers(1, 4), seeds)
 def test_anti_windup_follows_the_drive_that_is_applied(n: int, seed: int) -> None:
     """With l the state is that of x+ = (a - l c) x + (b - l d) e + l limited: nothing of the
@@ -159,7 +158,6 @@ def test_a_stable_state_reaches_its_bound_and_no_more(n: int, seed: int) -> None
         assert x[i] >= 0.99 * sums[i]
 
 
-@settings(max_examples=60)
 @given(st.integers(1, 4), st.booleans(), seeds)
 def test_states_stay_within_their_bounds_under_a_limited_drive(
     n: int, conditional: bool, seed: int

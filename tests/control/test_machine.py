@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import (
@@ -25,7 +25,6 @@ from tests.control.random_controllers import Sample, assaults, controllers, seed
 from tests.support.interpreted_program import InFloat
 
 
-@settings(max_examples=60)
 @given(controllers(bounded=True), wanderings(20) | assaults(40))
 def test_float_is_numpy_float32_operation_by_operation(
     controller: Controller, sequence: tuple[float, list[Sample]]
@@ -43,7 +42,6 @@ def test_float_is_numpy_float32_operation_by_operation(
         assert all(made.single[state] == value for state, value in plain.states.items())
 
 
-@settings(max_examples=100)
 @given(seeds)
 def test_every_operation_in_double_and_float(seed: int) -> None:
     """Any program: float as numpy.float32 does it, and double as Python does."""

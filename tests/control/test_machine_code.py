@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import (
@@ -48,7 +48,6 @@ def agree(program: CompiledProgram, start: float, samples: Sequence[Sample]) -> 
         np.testing.assert_array_equal(values[states], plain.real[states])
 
 
-@settings(max_examples=40, deadline=None)
 @given(controllers(bounded=True), wanderings(20) | assaults(40))
 def test_a_controller_does_the_same_whatever_the_sensors_show(
     controller: Controller, sequence: tuple[float, list[Sample]]
@@ -57,7 +56,6 @@ def test_a_controller_does_the_same_whatever_the_sensors_show(
     agree(compile_program(controller_program(controller)), start, samples)
 
 
-@settings(max_examples=60, deadline=None)
 @given(seeds)
 def test_every_operation_on_any_values(seed: int) -> None:
     program = random_program(seed)

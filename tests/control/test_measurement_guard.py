@@ -63,7 +63,6 @@ def _with_losses(
     return rows
 
 
-@settings(max_examples=80)
 @given(cases, st.sampled_from(FORMATS), st.sampled_from([0, 1, 3, 5]), wanderings(60), losses)
 def test_lost_inputs_are_bridged_by_their_last_valid_values_then_the_drive_is_zero(
     case: str,
@@ -94,7 +93,7 @@ def test_lost_inputs_are_bridged_by_their_last_valid_values_then_the_drive_is_ze
         assert _fault(program, made) == fault
 
 
-@settings(max_examples=40)
+@settings(max_examples=settings.default.max_examples // 2)
 @given(cases, st.sampled_from([0, 3]), wanderings(60), losses)
 def test_results_that_are_kept_from_the_last_sample_are_those_of_every_operation(
     case: str,

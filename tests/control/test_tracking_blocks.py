@@ -46,7 +46,7 @@ def samples_for(distance: float, limits: ProfileLimits) -> int:
 
 
 @given(limits_drawn, st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=4), st.data())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=settings.default.max_examples // 3)
 def test_no_limit_is_exceeded_and_the_target_is_reached_exactly(
     limits: ProfileLimits, targets: list[float], data: st.DataObject
 ) -> None:
@@ -70,7 +70,7 @@ def test_no_limit_is_exceeded_and_the_target_is_reached_exactly(
 
 
 @given(limits_drawn, st.floats(0.001, 2.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=settings.default.max_examples // 3)
 def test_a_move_takes_the_time_of_the_trapezoid_and_the_mean(
     limits: ProfileLimits, distance: float
 ) -> None:

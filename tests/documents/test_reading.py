@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.documents.bench import Bench
@@ -325,7 +325,6 @@ def _refusal(path: Path) -> str | None:
     return None
 
 
-@settings(max_examples=150, deadline=None)
 @given(data=st.data())
 def test_a_mutated_document_loads_or_is_refused_in_one_line(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
@@ -339,7 +338,6 @@ def test_a_mutated_document_loads_or_is_refused_in_one_line(
     assert message is None or "\n" not in message
 
 
-@settings(max_examples=100, deadline=None)
 @given(value=st.floats(1e-12, 1e12), text=st.text(min_size=1, max_size=20).filter(str.strip))
 def test_numbers_and_names_survive_writing(
     value: float, text: str, tmp_path_factory: pytest.TempPathFactory

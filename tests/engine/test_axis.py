@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.engine.axis_motion import advance
@@ -179,7 +179,6 @@ def test_what_is_not_finite_is_refused_and_nothing_moves(command: float, duratio
     np.testing.assert_array_equal(state, rest(0.5, 1.0))
 
 
-@settings(derandomize=True, deadline=None, max_examples=150)
 @given(p=AXES, commands=COMMANDS, parts=st.integers(2, 7))
 def test_a_sample_in_parts_is_the_same_sample(
     p: AxisParameters, commands: list[float], parts: int
@@ -192,7 +191,6 @@ def test_a_sample_in_parts_is_the_same_sample(
     np.testing.assert_allclose(state[:5], whole[:5], rtol=1e-8, atol=1e-10)
 
 
-@settings(derandomize=True, deadline=None, max_examples=150)
 @given(p=AXES, commands=COMMANDS)
 def test_friction_never_creates_energy(p: AxisParameters, commands: list[float]) -> None:
     """Work of the effort minus kinetic energy is at least the Coulomb loss over the way, the work
@@ -216,7 +214,6 @@ def test_friction_never_creates_energy(p: AxisParameters, commands: list[float])
         assert p.backlash > 0 or lost >= p.coulomb * way - 1e-3 * gross - 1e-15
 
 
-@settings(derandomize=True, deadline=None, max_examples=100)
 @given(p=AXES, commands=COMMANDS)
 def test_the_gap_stays_within_the_backlash_and_joins_motor_and_load(
     p: AxisParameters, commands: list[float]
@@ -228,7 +225,6 @@ def test_the_gap_stays_within_the_backlash_and_joins_motor_and_load(
         assert state[POSITION] - state[LOAD_POSITION] == pytest.approx(state[GAP], abs=1e-12)
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
 @given(p=AXES, commands=COMMANDS)
 def test_is_odd(p: AxisParameters, commands: list[float]) -> None:
     forward = run(p, commands, 3e-3)
@@ -236,7 +232,6 @@ def test_is_odd(p: AxisParameters, commands: list[float]) -> None:
     np.testing.assert_array_equal(forward, -backward)
 
 
-@settings(derandomize=True, deadline=None, max_examples=40)
 @given(p=AXES, commands=st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=4))
 def test_agrees_with_time_stepping(p: AxisParameters, commands: list[float]) -> None:
     """Without events, modes or closed forms; breakaway equal to Coulomb friction, where the motion

@@ -36,7 +36,7 @@ from studies.rigs.clutch_friction import BACKWARD, FORWARD
 from tests.support.axis_reference import coulomb, follow
 from tests.support.axis_runs import BARE, CLUTCH, COMMANDS, as_motion, run
 
-FAST = settings(derandomize=True, deadline=None, max_examples=60)
+FAST = settings(max_examples=settings.default.max_examples // 2)
 MAP = FrictionPositionShape(0.0, 63.0, (FORWARD, BACKWARD), (FORWARD, BACKWARD))
 OWN = FrictionPositionShape(0.0, 63.0, ((1.0,), (0.9, 1e-3)), ((1.2, 2e-3), (1.0, 5e-3, -4e-5)))
 KNEE = (ViscousRegime(260.0, 3.81e-4, 2e-4),)
@@ -233,7 +233,6 @@ def test_the_drive_outgrows_the_breakaway_first_where_it_does(
     assert found == NEVER or abs(margins[-1]) <= 1e-12 * (full + settled)
 
 
-@settings(derandomize=True, deadline=None, max_examples=120)
 @example(  # stops within a part of the work's quadrature
     p=CLUTCH._replace(laws=LAWS["dwell"], lag=3e-4, backlash=0.0, breakaway=0.115),
     commands=[20.125, 0.0, 30.0, -43.625, 0.0, -43.75, 25.75, -0.1875, 0.0],
@@ -272,7 +271,6 @@ def test_friction_and_stops_never_create_energy(p: AxisParameters, commands: lis
         assert abs(state[GAP]) <= 0.5 * p.backlash
 
 
-@settings(derandomize=True, deadline=None, max_examples=100)
 @given(p=RICH, commands=COMMANDS, parts=st.integers(2, 5))
 def test_a_sample_in_parts_is_the_same_sample(
     p: AxisParameters, commands: list[float], parts: int

@@ -44,7 +44,7 @@ def test_phi(x: float) -> None:
         assert _close(phi1_slope(x), slope)
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(max_examples=2 * settings.default.max_examples)
 @given(
     a=RATES,
     t=st.floats(1e-6, 1.0),

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.engine.body import BOUNCES, BREAKS_AWAY, PASSES_KNEE, SLIPS_BACK, FrictionBody, moving
@@ -56,12 +56,14 @@ def body(extension: FrictionExtension, **changes: object) -> FrictionBody:
 @pytest.mark.parametrize(
     ("name", "drive", "end"),
     [
-        *(pytest.param(name, SPRING, 16.0, id=f"{name}-spring") for name in EXTENSIONS),
-        pytest.param("all", PID, 12.0, id="all-pid"),
         *(
-            pytest.param(name, PID, 12.0, id=f"{name}-pid", marks=pytest.mark.accept)
+            pytest.param(
+                *(name, drive, end),
+                id=f"{name}-{kind}",
+                marks=() if name == "all" else pytest.mark.accept,
+            )
             for name in EXTENSIONS
-            if name != "all"
+            for kind, drive, end in (("spring", SPRING, 16.0), ("pid", PID, 12.0))
         ),
     ],
 )
@@ -116,7 +118,6 @@ extensions = st.builds(
     start=st.floats(-1.0, 1.0),
     restitution=st.sampled_from([0.0, 0.7]),
 )
-@settings(max_examples=50)
 def test_energy_is_never_created(
     extension: FrictionExtension,
     first: EffortFunction,
@@ -141,7 +142,6 @@ def test_energy_is_never_created(
 
 
 @given(drive=drives, start=st.floats(-1.0, 1.0))
-@settings(max_examples=40)
 def test_an_extension_that_changes_next_to_nothing_gives_the_plain_run(
     drive: EffortFunction, start: float
 ) -> None:
@@ -154,7 +154,6 @@ def test_an_extension_that_changes_next_to_nothing_gives_the_plain_run(
 
 
 @given(extension=extensions, drive=drives, start=st.floats(-1.0, 1.0))
-@settings(max_examples=40)
 def test_a_run_is_one_and_cut_anywhere_goes_on(
     extension: FrictionExtension, drive: EffortFunction, start: float
 ) -> None:
@@ -193,7 +192,6 @@ def test_a_run_is_one_and_cut_anywhere_goes_on(
     rate=st.floats(1e-3, 10.0),
     place=st.floats(-3.0, 3.0),
 )
-@settings(max_examples=60)
 def test_the_breakaway_is_that_of_the_place_and_of_the_time_at_rest(
     fresh: float, rise_time: float, rate: float, place: float
 ) -> None:

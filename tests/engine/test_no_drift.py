@@ -16,8 +16,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from frictool.compare.comparison import compare
+from frictool.compare.comparison import SAMPLES, compare
 from frictool.compare.comparison_setting import table_3_1
+from frictool.compare.drift_criterion import measure
+from frictool.compare.input_protocol import drift
 from frictool.compare.law_simulator import LawSimulator
 from frictool.engine.drive import EffortFunction, held, ramped
 from frictool.engine.law_simulation import run_law
@@ -107,7 +109,14 @@ def test_the_table_claims_no_drift_where_there_is_none(
     law: str, exponent: float, claim: str
 ) -> None:
     setting = replace(table_3_1(), leuven_exponent=exponent)
-    found = compare(setting, LawSimulator(setting), (law,)).laws[law]
-    assert found.properties["non_drift"] == claim
-    assert (abs(found.drift.z_max_units) < 1.0) == (claim == "+")
-    assert np.isfinite(found.drift.z_max_units)
+    motion = LawSimulator(setting).run(law, drift(setting.scales), SAMPLES["drift"])
+    found = measure(motion, setting.presliding, setting.scales.time)
+    assert found.verdict == claim
+    assert (abs(found.z_max_units) < 1.0) == (claim == "+")
+    assert np.isfinite(found.z_max_units)
+
+
+def test_the_table_has_the_verdict_of_the_drift() -> None:
+    setting = replace(table_3_1(), leuven_exponent=1.0)
+    found = compare(setting, LawSimulator(setting), ("leuven",)).laws["leuven"]
+    assert found.properties["non_drift"] == found.drift.verdict == "-"

@@ -30,7 +30,7 @@ coefficients = st.lists(st.floats(-3.0, 3.0).map(lambda c: round(c, 6)), min_siz
 
 
 @given(c=coefficients, h=st.floats(0.1, 2.0))
-@settings(max_examples=300)
+@settings(max_examples=2 * settings.default.max_examples)
 def test_first_fall_is_the_first_real_root(c: list[float], h: float) -> None:
     """Against a dense look: positive before, no longer positive just after; none where the whole
     piece is clearly positive."""
@@ -93,7 +93,7 @@ drives = st.builds(
     v=st.floats(-2.0, 2.0),
     t=st.floats(0.0, 10.0),
 )
-@settings(max_examples=200)
+@settings(max_examples=2 * settings.default.max_examples)
 def test_the_series_is_the_matrix_exponential(
     drive: EffortFunction, mass: float, viscous: float, v: float, t: float
 ) -> None:

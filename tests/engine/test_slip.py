@@ -32,7 +32,6 @@ PHASES = st.tuples(
 )
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
 @given(phase=PHASES, twin=st.booleans())
 def test_closed_form_solves_the_equation(phase: Phase, twin: bool) -> None:
     w0, settled, transient, decay, rate = phase
@@ -59,7 +58,7 @@ def test_closed_form_solves_the_equation(phase: Phase, twin: bool) -> None:
         )
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(max_examples=2 * settings.default.max_examples)
 @given(phase=PHASES)
 def test_stop_is_the_first_zero(phase: Phase) -> None:
     w0, settled, transient, decay, _ = phase
@@ -76,7 +75,7 @@ def test_stop_is_the_first_zero(phase: Phase) -> None:
         assert speed(phase, DURATION) > 0.0
 
 
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(max_examples=2 * settings.default.max_examples)
 @given(phase=PHASES, part=st.floats(1e-6, 1.0))
 def test_travel_time_inverts_the_distance(phase: Phase, part: float) -> None:
     stop = fall_time(phase, 0.0, DURATION)
@@ -104,7 +103,7 @@ def test_a_start_at_rest_against_the_acceleration_stops_at_once() -> None:
     assert fall_time((0.0, -100.0, 0.0, 0.0, 0.0), 0.0, DURATION) == 0.0
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(max_examples=2 * settings.default.max_examples)
 @given(phase=PHASES, above=st.floats(1e-3, 50.0))
 def test_a_level_of_speed_is_reached_first_at_its_time(phase: Phase, above: float) -> None:
     """Upwards from below, and downwards through the mirrored phase; dense samples before it stay on

@@ -7,7 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from frictool.engine.body import (
@@ -88,7 +88,6 @@ def test_a_tighter_tolerance_is_nearer() -> None:
     swing=st.floats(0.0, 1.0),
     frequency=st.floats(0.01, 100.0),
 )
-@settings(max_examples=60)
 def test_below_breakaway_nothing_moves(effort: float, swing: float, frequency: float) -> None:
     below = effort * (1.0 - 1e-12)
     drive = EffortFunction(
@@ -129,7 +128,6 @@ def test_the_drift_test_of_3_7_5_does_not_drift() -> None:
 @given(
     first=drives, second=drives, start=st.floats(-1.0, 1.0), restitution=st.sampled_from([0.0, 0.7])
 )
-@settings(max_examples=60)
 def test_energy_is_never_created(
     first: EffortFunction, second: EffortFunction, start: float, restitution: float
 ) -> None:
@@ -150,7 +148,6 @@ def test_energy_is_never_created(
 
 
 @given(drive=drives, start=st.floats(-1.0, 1.0))
-@settings(max_examples=40)
 def test_parts_make_the_whole(drive: EffortFunction, start: float) -> None:
     """Cut anywhere, a run goes on as it would have; an odd law and a mirrored drive give a mirrored
     run."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -92,7 +92,6 @@ def test_an_effort_as_large_as_the_friction_keeps_the_speed(clutch: Model) -> No
             assert abs(speeds[1]) == pytest.approx(speed, abs=1e-6 * speed)
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.lists(st.floats(0.0, 1.0), min_size=8, max_size=8))
 def test_the_band_holds_every_friction_within_the_intervals(
     clutch: Model, places: list[float]

@@ -198,7 +198,6 @@ def test_cycles_that_give_no_triangle_are_refused(cycles: list, match: str) -> N
         masing_cycles(5)
 
 
-@settings(derandomize=True, deadline=None, max_examples=40)
 @given(places=PLACES, seed=st.integers(0, 3))
 def test_preisach_equals_a_bank_of_relays(places: list[int], seed: int) -> None:
     """Thresholds in the middle of quarter cells, inputs on their borders: equal to rounding, for

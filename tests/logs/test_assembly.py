@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
@@ -82,7 +82,6 @@ def read_bytes(data: bytes) -> Log:
         return read_mcap(Path(file.name))
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     n=st.integers(2, 300),
     rows=st.lists(st.integers(1, 90), min_size=1, max_size=4),
@@ -252,7 +251,6 @@ def test_several_time_bases_become_one_where_asked():
     assert log.metadata["resampled"]["/axis.current"] == "held, from /axis/b.current"
 
 
-@settings(max_examples=60)
 @given(
     steps=st.lists(
         st.sampled_from([1_000_000, 1_000_001, 999_990, 1_100_000, 5_000_000]),

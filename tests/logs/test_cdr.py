@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -98,7 +98,6 @@ def plain(found: Any, path: str = "") -> dict[str, float]:
     }
 
 
-@settings(max_examples=60)
 @given(st.data())
 def test_what_the_oracle_writes_is_read(data: st.DataObject):
     """Messages of one type, of any lengths of texts and sequences, in one batch; every number of

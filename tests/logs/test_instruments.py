@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.documents.bench import Bench, ClockEstimate, Column, Instrument, Layout
@@ -147,7 +147,6 @@ def test_fewer_samples_than_their_zero_takes_are_refused(tmp_path: Path):
         read([path], rig())
 
 
-@settings(max_examples=40)
 @given(
     ahead=st.floats(-0.04, 0.04),
     gain=st.sampled_from([-3.0, 0.1, 50.0]),

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
@@ -59,7 +59,6 @@ def test_the_same_log_gives_the_same_bytes():
     assert as_bytes(golden_log()) == as_bytes(golden_log())
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     start=st.integers(-3_000_000_000, 2_000_000_000),
     steps=st.lists(st.integers(1, 700_000_000), min_size=0, max_size=40),

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, IndexType
 
@@ -120,7 +120,6 @@ def test_every_way_of_writing_mcap_gives_the_same(option: str):
     assert times(found["/motor"]).tolist() == stamps(500, DELAY)
 
 
-@settings(max_examples=40)
 @given(
     st.lists(st.tuples(st.booleans(), st.floats(allow_nan=False)), min_size=1, max_size=60),
     st.sampled_from(list(OPTIONS)),

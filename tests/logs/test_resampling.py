@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.logs.canonical.mcap_layout import StreamHeader
@@ -37,7 +37,6 @@ times = st.builds(
 )
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     one=times,
     other=times,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
@@ -167,7 +167,6 @@ def test_zeros_over_the_frames_are_stepped_over():
     assert all(is_part(stream, stream_of(LOG, stream.topic)) for stream in log.streams)
 
 
-@settings(max_examples=80, deadline=None)
 @given(
     places=st.lists(st.integers(0, len(WHOLE) - 1), min_size=1, max_size=4),
     seed=st.integers(0, 2**32 - 1),

@@ -28,7 +28,6 @@ def hunting(time: Vector, amplitude: float, period: float, phase: float = 0.3) -
     return amplitude * np.sign(np.sin(2 * math.pi * (time / period + phase)))
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     st.floats(0.01, 10.0),
     st.floats(0.05, 6.0),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import control
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.metrics.overshoot import overshoot_percent
@@ -16,7 +16,6 @@ from studies.rigs.step_responses import second_order
 TIME = np.arange(8000) * 5e-4
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.floats(0.15, 0.95), st.floats(12.0, 60.0))
 def test_step_figures_are_those_of_another_program(damping: float, frequency: float) -> None:
     position = second_order(TIME, damping, frequency)

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.metrics.final_value import final_value
@@ -238,7 +238,6 @@ def test_where_the_first_move_tells_the_direction_the_turns_are_those_of_that_di
     assert found == turning_points(-position, float(threshold))
 
 
-@settings(max_examples=60)
 @given(
     damping=st.floats(0.15, 0.9),
     frequency=st.floats(15.0, 60.0),

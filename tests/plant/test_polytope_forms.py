@@ -62,7 +62,6 @@ def test_annex_31() -> None:
     assert box.centre.viscous == pytest.approx(3.8e-4)
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     slopes=st.lists(st.floats(0.0, 1e-3), min_size=2, max_size=4),
     gaps=st.lists(st.floats(1.0, 200.0), min_size=3, max_size=3),

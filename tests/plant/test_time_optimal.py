@@ -184,7 +184,6 @@ def test_the_switched_command_comes_to_rest_at_the_end_of_the_zone(axis: DrivenA
     assert period * arrived[0] == pytest.approx(bound, rel=5e-3)
 
 
-@settings(max_examples=60)
 @given(axes, st.floats(0.0, 0.05))
 def test_a_weaker_drive_or_a_larger_inertia_lag_or_backlash_friction_is_slower(
     axis: DrivenAxis, overshoot: float

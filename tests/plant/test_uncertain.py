@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.adapters.model_polytope import (
@@ -23,7 +23,6 @@ from studies.rigs.clutch_model import clutch_model
 CENTRE = PlantPoint("centre", 1.32e-5, 3.8e-4, 0.1, 0.0134)
 
 
-@settings(max_examples=50, deadline=None)
 @given(
     share=st.floats(-1.0, 1.0),
     unit=st.floats(1e-3, 10.0),

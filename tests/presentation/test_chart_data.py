@@ -93,7 +93,6 @@ def test_a_chart_has_the_detail_that_paper_has_not() -> None:
     assert unpacked(series["data"][0]).size > 3500
 
 
-@settings(max_examples=50, deadline=None)
 @given(st.lists(st.floats(-10.0, 10.0), min_size=2, max_size=60), st.floats(0.0, 3.0))
 def test_a_straightened_curve_is_within_its_tolerance(
     values: list[float], tolerance: float

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.adapters.mechanism.assembly import assemble
@@ -45,7 +45,6 @@ def trees(draw: st.DrawFn) -> Mechanism:
     return mechanism(blocks, links, "b0", "b0", travel=(-1.0, 1.0))
 
 
-@settings(max_examples=40, deadline=None)
 @given(trees(), st.floats(-2.0, 2.0), st.floats(-1.0, 1.0))
 def test_a_lumped_tree_has_the_energy_and_the_efforts_of_the_whole(
     whole: Mechanism, speed: float, place: float

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.documents.bench import Bench
@@ -40,7 +40,6 @@ def test_at_the_same_period_every_sample_is_replayed_once() -> None:
     )
 
 
-@settings(derandomize=True, deadline=None, max_examples=40)
 @given(seed=st.integers(0, 10_000), part=st.floats(0.0, 0.24))
 def test_jitter_neither_doubles_nor_drops_a_sample(seed: int, part: float) -> None:
     rng = np.random.default_rng(seed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.plant.linear_axis import AxisRates
@@ -34,7 +34,6 @@ def test_another_one_with_a_zero() -> None:
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 5), more=st.integers(0, 3))
-@settings(max_examples=60, deadline=None)
 def test_substitution(seed: int, n: int, more: int) -> None:
     random, order = np.random.default_rng(seed), n + more
     a, b = (
@@ -63,7 +62,6 @@ def test_a_common_root_is_refused() -> None:
     ratio=st.floats(3.0, 12.0),
     delay=st.integers(0, 2),
 )
-@settings(max_examples=40, deadline=None)
 def test_the_sampled_loop_has_the_poles_that_were_asked_for(
     drive: float, viscous: float, frequency: float, damping: float, ratio: float, delay: int
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 
@@ -41,7 +41,6 @@ def _mixed(random: np.random.Generator, k: Lti) -> Lti:
     slope=st.floats(1e-3, 1.0) | st.floats(-1.0, -1e-3),
     direct=st.sampled_from([0.0, 1.0, -3.0]),
 )
-@settings(max_examples=60, deadline=None)
 def test_every_form_is_the_controller_and_integrates_exactly(
     seed: int, n: int, slope: float, direct: float
 ) -> None:
@@ -68,7 +67,6 @@ def test_every_form_is_the_controller_and_integrates_exactly(
 
 
 @given(seed=st.integers(0, 100_000), n=st.integers(1, 5), slope=st.floats(1e-3, 1.0))
-@settings(max_examples=60, deadline=None)
 def test_anti_windup_forgets(seed: int, n: int, slope: float) -> None:
     """While limited the state follows x+ = (a - l c) x + ..., which is stable although the
     controller itself integrates."""

@@ -48,7 +48,6 @@ def _accepted(_: Lti) -> None:
 
 
 @given(seed=seeds, n=st.integers(2, 6), period=periods)
-@settings(max_examples=40, deadline=None)
 def test_the_balanced_form_is_the_system_with_equal_gramians(
     seed: int, n: int, period: float
 ) -> None:
@@ -63,7 +62,6 @@ def test_the_balanced_form_is_the_system_with_equal_gramians(
 
 
 @given(seed=seeds, n=st.integers(2, 6), period=periods, kept=st.sampled_from(["high", "low"]))
-@settings(max_examples=40, deadline=None)
 def test_each_step_is_within_its_bound_and_exact_at_its_end(
     seed: int, n: int, period: float, kept: str
 ) -> None:

@@ -49,7 +49,6 @@ def largest(
     return 0.0 if left <= 0.0 else (math.sqrt(left) / (gain * drive**share)) ** (1.0 / power)
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     floor=st.floats(0.3, 10.0),
     gain=st.floats(2.0, 50.0),

@@ -26,7 +26,6 @@ def controller(seed: int, slow: float, order: int, period: float) -> Lti:
     return Lti(np.linalg.solve(t, a @ t), np.linalg.solve(t, b), c @ t, np.ones((1, 1)), period)
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     st.integers(0, 10_000), st.floats(-0.5, 0.5), st.integers(1, 6), st.sampled_from([0.0, PERIOD])
 )

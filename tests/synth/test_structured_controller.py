@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from frictool.plant.lti import inverse_tustin
@@ -41,7 +41,6 @@ def _parameters(structure: StructuredController, seed: int, *, slowest: float = 
 
 
 @given(structure=structures, seed=seeds)
-@settings(max_examples=80, deadline=None)
 def test_poles_are_where_they_must_be(structure: StructuredController, seed: int) -> None:
     parameters = _parameters(structure, seed, slowest=SLOWEST)
     k = structure.system(parameters)
@@ -95,7 +94,6 @@ def test_no_ringing_pole_where_the_bound_is_the_bilinear_one() -> None:
 
 
 @given(structure=structures, seed=seeds)
-@settings(max_examples=60, deadline=None)
 def test_the_state_space_is_the_formula(structure: StructuredController, seed: int) -> None:
     parameters = _parameters(structure, seed)
     w = np.geomspace(0.1, 0.999 * np.pi / PERIOD, 40)
@@ -106,7 +104,6 @@ def test_the_state_space_is_the_formula(structure: StructuredController, seed: i
 
 
 @given(structure=structures, seed=seeds)
-@settings(max_examples=60, deadline=None)
 def test_roll_off(structure: StructuredController, seed: int) -> None:
     k = structure.system(_parameters(structure, seed))
     end = k.response(np.pi / PERIOD)[0, 0, 0] if structure.period else k.d[0, 0]
@@ -115,7 +112,6 @@ def test_roll_off(structure: StructuredController, seed: int) -> None:
 
 
 @given(structure=structures, seed=seeds)
-@settings(max_examples=60, deadline=None)
 def test_derivatives_are_those_of_the_response(structure: StructuredController, seed: int) -> None:
     parameters = _parameters(structure, seed)
     s = structure.points(np.geomspace(1.0, 2000.0, 7))
@@ -133,7 +129,6 @@ def test_derivatives_are_those_of_the_response(structure: StructuredController, 
 
 
 @given(structure=structures, seed=seeds, place=st.floats(0.002, 1.0))
-@settings(max_examples=60, deadline=None)
 def test_growing_changes_nothing(structure: StructuredController, seed: int, place: float) -> None:
     parameters = _parameters(structure, seed)
     low, high = structure.limits()

@@ -8,7 +8,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.documents.design import Design
@@ -96,7 +96,6 @@ def test_the_speed_loop_is_meant_for_the_top_speed_and_twice_as_fast() -> None:
     assert speed.error.zero == pytest.approx(2.0 * position.error.zero)
 
 
-@settings(max_examples=40, deadline=None)
 @given(share=st.floats(0.05, 5.0), effort=st.floats(1e-3, 1.0), disturbance=st.floats(1e-3, 1.0))
 def test_what_one_count_asks_for_stays_bounded_however_far_the_effort_is_relaxed(
     share: float, effort: float, disturbance: float

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.plant.generalised_plant import (
@@ -44,7 +44,6 @@ def _structure(seed: int, period: float) -> tuple[StructuredController, np.ndarr
 
 
 @given(seed=st.integers(0, 10_000), period=st.sampled_from([0.0, 1e-3]))
-@settings(max_examples=40, deadline=None)
 def test_gains_are_those_of_the_closed_loop(seed: int, period: float) -> None:
     plant, (structure, parameters) = _plant(seed, period), _structure(seed, period)
     k = structure.system(parameters)
@@ -58,7 +57,6 @@ def test_gains_are_those_of_the_closed_loop(seed: int, period: float) -> None:
 
 
 @given(seed=st.integers(0, 10_000), period=st.sampled_from([0.0, 1e-3]), steep=st.booleans())
-@settings(max_examples=40, deadline=None)
 def test_slopes_are_differences(seed: int, period: float, steep: bool) -> None:
     plant, (structure, parameters) = _plant(seed, period), _structure(seed, period)
     open_loop = OpenLoopResponses.of(plant, FREQUENCIES)

@@ -25,7 +25,7 @@ from frictool.verify import document_check as controller_checks
 from frictool.verify import recheck
 from frictool.verify.loop_values import LinearLoops
 from studies.command_line import run
-from tests.support.certified_controllers import Named, certified
+from tests.support.certified_controllers import Named, certified, few_interior_points
 from tests.support.command_line import refused
 from tests.support.controller_edits import Edit, edits
 
@@ -77,7 +77,7 @@ def _figures_once() -> Iterator[None]:
             checks[key] = check(*given)
         return checks[key]
 
-    with pytest.MonkeyPatch.context() as patch:
+    with few_interior_points(), pytest.MonkeyPatch.context() as patch:
         for name in ("vertex", "count_drive", "margins", "rounded", "seen_inside"):
             patch.setattr(LinearLoops, name, functools.cache(getattr(LinearLoops, name)))
         patch.setattr(recheck, "prove_document", proved_once)
@@ -207,11 +207,11 @@ def test_whoever_relies_on_a_changed_controller_is_warned(tmp_path: Path) -> Non
     named."""
     path, edit = (
         tmp_path / "controller.yaml",
-        next(edit for edit in _edits("fast") if edit.label == "position_law.gain x1.5"),
+        next(edit for edit in _edits("speed") if edit.label == "position_law.gain x1.5"),
     )
     document = _read(edit)
     assert document is not None
-    for written, warned in ((certified("fast"), False), (document, True)):
+    for written, warned in ((certified("speed"), False), (document, True)):
         path.write_text(to_yaml(written))
         result = run("export", path, "--lang", "json", "-o", tmp_path / "c")
         assert result.code == 0
@@ -225,7 +225,7 @@ def test_whoever_relies_on_a_changed_controller_is_warned(tmp_path: Path) -> Non
 def test_a_controller_with_its_vertices_deleted_is_not_exported(tmp_path: Path) -> None:
     path, edit = (
         tmp_path / "controller.yaml",
-        next(edit for edit in _edits("fast") if edit.label == "verified.vertices first 1 kept"),
+        next(edit for edit in _edits("speed") if edit.label == "verified.vertices first 1 kept"),
     )
     document = _read(edit)
     assert document is not None
@@ -254,7 +254,7 @@ def test_a_controller_with_its_vertices_deleted_is_not_exported(tmp_path: Path) 
 
 def test_the_command_names_the_edit(tmp_path: Path) -> None:
     """One edit of each kind, as a shell sees it."""
-    by_label = {edit.label: edit for edit in _edits("fast")}
+    by_label = {edit.label: edit for edit in _edits("speed")}
     seen = {
         "position_law.gain x1.5": "changed after verification: position_law",
         "prefilter.damping x0.5": "changed after verification: prefilter",

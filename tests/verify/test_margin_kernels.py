@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
@@ -34,7 +34,6 @@ def test_the_exponential_is_that_of_scipy(size: int, seed: int, scale: float) ->
 
 
 @pytest.mark.parametrize("sees", [(ETA,), (DIFFERENCE,), (SPEED,), (DIFFERENCE, ETA), (SPEED, ETA)])
-@settings(max_examples=40, deadline=None)
 @given(rates=rates, lag=lags)
 def test_the_axis_is_that_of_the_diagram(
     sees: tuple[str, ...], rates: tuple[float, float], lag: float
@@ -49,7 +48,6 @@ def test_the_axis_is_that_of_the_diagram(
         np.testing.assert_allclose(mine, theirs, rtol=1e-9, atol=1e-13 * scale)
 
 
-@settings(max_examples=40, deadline=None)
 @given(rates=rates, lag=lags, samples=st.integers(0, 3))
 def test_the_loop_responds_as_its_parts_do(
     rates: tuple[float, float], lag: float, samples: int

@@ -32,7 +32,6 @@ def test_first_order_closed_form(pole: float, gain: float) -> None:
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 6), m=st.integers(1, 3), p=st.integers(1, 3))
-@settings(max_examples=60, deadline=None)
 def test_random_systems_against_a_dense_scan(seed: int, n: int, m: int, p: int) -> None:
     random = np.random.default_rng(seed)
     a = random.normal(size=(n, n))
@@ -64,7 +63,6 @@ def test_resonance_closed_form(damping: float, natural: float, steady: float) ->
     p=st.integers(1, 3),
     spread=st.floats(0.0, 4.0),
 )
-@settings(max_examples=60, deadline=None)
 def test_random_continuous_systems_against_a_dense_scan(
     seed: int, n: int, m: int, p: int, spread: float
 ) -> None:
@@ -81,7 +79,6 @@ def test_random_continuous_systems_against_a_dense_scan(
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 5))
-@settings(max_examples=40, deadline=None)
 def test_the_bilinear_image_keeps_the_norm(seed: int, n: int) -> None:
     """Tustin maps the imaginary axis onto the unit circle: both domains agree, and tan(w T/2) 2/T
     tells where."""

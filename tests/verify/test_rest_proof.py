@@ -19,7 +19,7 @@ from frictool.verify.recheck import verify
 from frictool.verify.rest_proof import least_friction, prove_rest
 from frictool.verify.rest_view import rest_lines
 from studies.rigs.clutch_model import ROOT
-from tests.support.certified_controllers import certified
+from tests.support.certified_controllers import certified, few_interior_points
 from tests.support.released_axes import furthest_release
 
 SEED = 20261127
@@ -92,12 +92,14 @@ def test_an_edited_proof_of_rest_is_seen() -> None:
         return msgspec.structs.replace(controller.certificate, rest=rest)
 
     honest = msgspec.structs.replace(controller, certificate=with_rest(proof))
-    assert not verify(honest).differences
+    with few_interior_points():
+        assert not verify(honest).differences
     random = np.random.default_rng(SEED)
     fields = ("disturbance", "stopping_disturbance", "speed", "stop_time_s")
     values = {name: random.uniform(1.001, 2.0) * getattr(proof, name) for name in fields}
     rest = with_rest(msgspec.structs.replace(proof, **values))
-    found = verify(msgspec.structs.replace(controller, certificate=rest))
+    with few_interior_points():
+        found = verify(msgspec.structs.replace(controller, certificate=rest))
     keys = {one.key for one in found.differences}
     assert keys == {f"certificate.rest.{name}" for name in fields}
 

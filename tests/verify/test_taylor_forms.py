@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.verify.taylor_forms import (
@@ -76,7 +76,6 @@ def _form(random: np.random.Generator, spread: float) -> tuple[Any, Any]:
 
 
 @given(seed=st.integers(0, 10**6), spread=st.sampled_from([0.0, 1e-17, 1e-9, 1e-3, 0.1]))
-@settings(max_examples=150, deadline=None)
 def test_sums_products_powers_and_inverses_hold_the_exact_value(seed: int, spread: float) -> None:
     random = np.random.default_rng(seed)
     (x, f), (y, g) = _form(random, spread), _form(random, spread)
@@ -117,7 +116,6 @@ def test_what_may_be_zero_has_no_inverse() -> None:
 
 
 @given(seed=st.integers(0, 10**6), order=st.integers(0, 14))
-@settings(max_examples=100, deadline=None)
 def test_a_polynomial_on_an_interval_is_held(seed: int, order: int) -> None:
     random = np.random.default_rng(seed)
     real = random.normal(size=order + 1) * 10.0 ** random.uniform(-9, 3, order + 1)
@@ -156,7 +154,6 @@ def _exactly_below(matrix: Any, level: float) -> bool:
 
 
 @given(seed=st.integers(0, 10**6), distance=st.sampled_from([0.0, 1e-16, 3e-16, 1e-15, 1e-12]))
-@settings(max_examples=150, deadline=None)
 def test_no_matrix_above_a_level_passes(seed: int, distance: float) -> None:
     """At distances of some roundings the answer may be no, but a yes is exactly true."""
     random = np.random.default_rng(seed)
@@ -175,7 +172,6 @@ def test_no_matrix_above_a_level_passes(seed: int, distance: float) -> None:
 
 
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=50, deadline=None)
 def test_a_family_is_below_a_level_only_if_its_members_are(seed: int) -> None:
     random = np.random.default_rng(seed)
     parts = random.normal(size=(4, 4, 3)) + 1j * random.normal(size=(4, 4, 3))

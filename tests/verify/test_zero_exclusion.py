@@ -444,7 +444,6 @@ def test_a_plant_that_is_not_in_the_box_is_no_witness() -> None:
 
 
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=40, deadline=None)
 def test_an_empty_rectangle_holds_no_plant(seed: int) -> None:
     random = np.random.default_rng(seed)
     box = Box((1.1e-5, 1.5e-5), (-2e-4, 8e-4), (0.0, 0.18), (0.0128, 0.014))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.engine.mechanism.energy import balance
@@ -156,7 +156,6 @@ def test_rigid_flanks_are_the_limit_of_stiff_ones(
 SPEED = st.integers(-3000, 3000).map(lambda v: v / 1000.0)
 
 
-@settings(max_examples=150, deadline=None)
 @given(
     drivers=st.tuples(st.floats(0.05, 20.0), st.floats(0.05, 20.0)),
     loads=st.tuples(st.floats(0.01, 0.3), st.floats(0.01, 0.3)),

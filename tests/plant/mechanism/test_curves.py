@@ -20,7 +20,6 @@ from frictool.plant.mechanism.curves import (
 points = st.lists(st.tuples(st.floats(0.01, 3.0), st.floats(-50.0, 50.0)), min_size=3, max_size=9)
 
 
-@settings(max_examples=80, deadline=None)
 @given(points)
 def test_the_cubic_is_scipys_and_stays_within_its_points(steps: list[tuple[float, float]]) -> None:
     x = np.cumsum([step for step, _ in steps])

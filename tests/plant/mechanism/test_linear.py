@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.plant.mechanism.linearisation import linearise
@@ -30,7 +30,6 @@ SOFT = (
 POSITIVE = st.floats(0.05, 20.0)
 
 
-@settings(max_examples=40, deadline=None)
 @given(*(POSITIVE,) * 6)
 def test_the_belts_transfer_is_that_of_its_free_bodies(
     ja: float, jb: float, ra: float, rb: float, kr: float, kv: float
