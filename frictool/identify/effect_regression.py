@@ -379,7 +379,10 @@ class EffectRegression:
         return before is not None and after is not None and bool(np.sum(after) < np.sum(before))
 
     def _rivals(self) -> list[AcceptedEffects]:
-        """Return the effects that can replace a hypothesis of `used` without a worse prediction."""
+        """Return the effects that can replace a hypothesis of `used` without a worse prediction.
+
+        A spring can also replace a delay or a resonance that predicts better (`_spring_instead`).
+        """
         least = self.rows.squares(self.used)
         out = []
         for one in self.used:
@@ -393,7 +396,27 @@ class EffectRegression:
                     self.rows.squares([*others, rival]), least
                 ):
                     out += self.shifted([*others, rival], 1.0)
+            if one.term in LIKE_ACCELERATION:
+                out += self._spring_instead(others)
         return out
+
+    def _spring_instead(self, others: Sequence[Hypothesis]) -> list[AcceptedEffects]:
+        """Return the shift to a fit with a spring and the hypotheses `others`, or [].
+
+        Errors of a differentiated position resemble a delay or a resonance, so that one of these
+        may predict the strokes better than a spring that acts. The spring must improve the
+        prediction by `others` and differ significantly from 0.
+        """
+        spring = next((one for one in self.tested if one.term == SPRING), None)
+        if spring is None or not self.rows.visible(spring, others):
+            return []
+        before = self.rows.squares(others)
+        after = self.rows.squares([*others, spring])
+        if before is None or after is None or not beyond_chance(after, before, self.confidence):
+            return []
+        if self.rows.probability(spring, others) >= 1.0 - self.confidence:
+            return []
+        return self.alternative([*others, spring])
 
     def _as_good(self, squares: Vector | None, least: Vector | None) -> bool:
         return (

@@ -17,6 +17,7 @@ from frictool.documents.laws import Gravity, Laws, Load
 from frictool.documents.load_terms import LoadTerms, RipplePeriod, Term
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.registry import load as load_document
+from frictool.identify import identify
 from frictool.identify.estimators.explanation_search import search_explanations
 from frictool.identify.estimators.position_spectrum import highest_peak
 from frictool.identify.estimators.searched_records import SearchedRecords
@@ -197,6 +198,20 @@ def test_gravity_that_makes_the_whole_log_unstable_is_a_warning(sine: float, dou
     if doubt:
         assert "the load falls by 3." in warnings[0]
         assert len(warnings[0]) < 190
+
+
+@pytest.mark.parametrize(("number", "used"), [(0, "delay"), (2, "resonance")])
+def test_the_interval_includes_a_spring_that_looks_like_another_effect(
+    number: int, used: str, tmp_path: Path
+) -> None:
+    """Between equal moves through a coarse encoder, the spring predicts worse than the effect."""
+    recording = record_machine(draw_violation("s14", "spring", number), str(number))
+    path = tmp_path / "bench.yaml"
+    path.write_text(recording.bench)
+    found = identify([recording.log], load_document(path, Bench)).result
+    assert [one.name for one in found.fit.explanations if one.state == "used"] == [used]
+    inertia = found.identified["inertia"]
+    assert inertia.low <= recording.truth["inertia"] <= inertia.high
 
 
 def test_late_effort_is_a_delay() -> None:
