@@ -75,8 +75,9 @@ def _no_influence(v: Array) -> Array:
     return np.where(v[:, 0] * v[:, 1] > 0.7, np.inf, wild)
 
 
-def test_in_a_table_a_dummy_is_called_important_as_rarely_as_it_says() -> None:
-    space, wrong, campaigns = factors(6), 0, 100
+@pytest.mark.parametrize("campaigns", [40, pytest.param(100, marks=pytest.mark.accept)])
+def test_in_a_table_a_dummy_is_called_important_as_rarely_as_it_says(campaigns: int) -> None:
+    space, wrong = factors(6), 0
     for seed in range(campaigns):
         found = sensitivity(
             trials_of(space, [_no_influence, linear_of_first], [1.0, 0.2], 120, seed), drawn=True

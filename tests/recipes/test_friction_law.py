@@ -12,7 +12,7 @@ import pytest
 from frictool.engine.drive import held
 from frictool.engine.law_simulation import run_law
 from frictool.logs import read_log
-from tests.support.recipes import COMMAND, follow, frictool, recipes
+from tests.support.recipes import COMMAND, follow, frictool, frictool_each, recipes
 
 
 @pytest.fixture(scope="module")
@@ -58,16 +58,23 @@ def test_a_body_under_the_law_alone_moves_alike(overlay: Path) -> None:
 
 
 def test_schema_help_messages_and_equations_know_the_law(overlay: Path) -> None:
-    described = json.loads(frictool(overlay, "schema", "mechanism").stdout)["$defs"]
-    assert "coulomb_drag" in described["FrictionOf"]["properties"]["law"]["enum"]
-    assert "coulomb_drag" in frictool(overlay, "compare", "--help").stdout
-    assert "coulomb_drag" in frictool(overlay, "compare", "--law", "drag").stderr
-    assert "coulomb_drag(" in frictool(overlay, "equations", overlay / "drag.yaml").stdout
     wrong = overlay / "wrong.yaml"
     wrong.write_text(
         (overlay / "drag.yaml").read_text().replace("drag: {value: 2", "drag: {value: -2")
     )
-    refused = frictool(overlay, "equations", wrong)
+    schema, shown, unknown, equations, refused = frictool_each(
+        overlay,
+        ["schema", "mechanism"],
+        ["compare", "--help"],
+        ["compare", "--law", "drag"],
+        ["equations", overlay / "drag.yaml"],
+        ["equations", wrong],
+    )
+    described = json.loads(schema.stdout)["$defs"]
+    assert "coulomb_drag" in described["FrictionOf"]["properties"]["law"]["enum"]
+    assert "coulomb_drag" in shown.stdout
+    assert "coulomb_drag" in unknown.stderr
+    assert "coulomb_drag(" in equations.stdout
     assert refused.returncode == 3
     assert "drag is -2 N s^2/m^2; allowed: a finite number >= 0" in refused.stderr
 

@@ -10,18 +10,19 @@ import pytest
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from studies.rigs.identification_rigs import CLUTCH, ROOT
+from studies.rigs.identification_rigs import CLUTCH
 from studies.rigs.sample_logs import TRUTH
-from tests.support.recipes import follow, frictool
+from tests.support.recipes import follow, frictool, frictool_each
+from tests.support.short_logs import first_part
 
-SINES = ROOT / "sample_logs" / "sines.csv"
-IDENTIFY = ("identify", SINES, "--bench", CLUTCH, "--method", "squared-speed")
+IDENTIFY = ("identify", "sines.csv", "--bench", CLUTCH, "--method", "squared-speed")
 
 
 @pytest.fixture(scope="module")
 def overlay(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("method")
     follow("An identification method", folder)
+    (folder / "sines.csv").write_text(first_part("sines.csv"))
     return folder
 
 
@@ -38,12 +39,17 @@ def test_identify_writes_a_model_by_the_method(overlay: Path) -> None:
 
 
 def test_help_messages_and_info_know_the_method(overlay: Path) -> None:
-    shown = frictool(overlay, "identify", "--help").stdout
+    help_text, refused, tried = frictool_each(
+        overlay,
+        ["identify", "--help"],
+        [*IDENTIFY, "--skip", "3"],
+        ["info", "sines.csv", "--bench", CLUTCH],
+    )
+    shown = help_text.stdout
     assert "least squares, weighted by the square of the speed" in shown
     assert re.search(
         r"--windowINTEGERRANGE[\w(,-]*squared-speed[\w,-]*:numberofsamples", "".join(shown.split())
     )
-    refused = frictool(overlay, *IDENTIFY, "--skip", "3")
     assert refused.returncode == 2
     assert "--skip belongs to --method inverse-dynamic, not to squared-speed." in refused.stderr
-    assert "squared-speed" in frictool(overlay, "info", SINES, "--bench", CLUTCH).stdout
+    assert "squared-speed" in tried.stdout

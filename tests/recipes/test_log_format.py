@@ -10,7 +10,7 @@ import pytest
 
 from frictool.logs.canonical.mcap_format import write_mcap
 from tests.support.example_logs import golden_log
-from tests.support.recipes import follow, frictool
+from tests.support.recipes import follow, frictool_each
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,13 @@ def overlay(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_convert_writes_the_format_and_info_reads_it(overlay: Path) -> None:
     target, axis = overlay / "run.columns", golden_log().main
-    done = frictool(overlay, "convert", overlay / "run.mcap", "--stream", "/axis", "-o", target)
+    convert = ["convert", overlay / "run.mcap"]
+    done, told, chosen = frictool_each(
+        overlay,
+        [*convert, "--stream", "/axis", "-o", target],
+        ["info", target],
+        [*convert, "--to", "columns", "-o", "-"],
+    )
     assert done.returncode == 0, done.stderr
     header, _, data = target.read_bytes().partition(b"\n")
     rows = np.frombuffer(data).reshape(axis.time.size, -1)
@@ -32,25 +38,31 @@ def test_convert_writes_the_format_and_info_reads_it(overlay: Path) -> None:
     assert [*units] == ["time", *axis.signals]
     for k, name in enumerate(axis.signals, start=1):
         assert rows[:, k].tobytes() == axis.signals[name].tobytes()
-    told = frictool(overlay, "info", target)
     assert told.returncode == 0, told.stderr
     assert all(name in told.stdout for name in axis.signals)
-    chosen = frictool(overlay, "convert", overlay / "run.mcap", "--to", "columns", "-o", "-")
     assert "a columns file can contain only one" in chosen.stderr
 
 
 def test_help_and_messages_list_the_format(overlay: Path) -> None:
-    assert "columns|" in frictool(overlay, "convert", "--help").stdout
-    refused = frictool(overlay, "convert", overlay / "run.mcap", "-o", overlay / "run.pdf")
-    assert refused.returncode == 2
-    assert ".columns, " in refused.stderr
-    binary = overlay / "binary.dat"
+    binary, damaged = overlay / "binary.dat", overlay / "damaged.columns"
     binary.write_bytes(bytes(range(256)))
-    refused = frictool(overlay, "info", binary)
-    assert refused.returncode == 3
-    assert ", columns of doubles, text with columns (CSV)" in refused.stderr
-    damaged = overlay / "damaged.columns"
     damaged.write_bytes(b'COLUMNS {"t": "s"}\n1234567')
-    refused = frictool(overlay, "info", damaged)
-    assert refused.returncode == 3
-    assert "its rows do not fit its first line" in refused.stderr
+    shown, *refused = frictool_each(
+        overlay,
+        ["convert", "--help"],
+        ["convert", overlay / "run.mcap", "-o", overlay / "run.pdf"],
+        ["info", binary],
+        ["info", damaged],
+    )
+    assert "columns|" in shown.stdout
+    assert [one.returncode for one in refused] == [2, 3, 3]
+    for one, words in zip(
+        refused,
+        (
+            ".columns, ",
+            ", columns of doubles, text with columns (CSV)",
+            "its rows do not fit its first line",
+        ),
+        strict=True,
+    ):
+        assert words in one.stderr

@@ -16,7 +16,7 @@ from frictool.documents.registry import load
 from frictool.documents.synthesis_methods import METHODS
 from frictool.synth.methods import solver
 from tests.support.documentation_pages import ROOT, text_of
-from tests.support.recipes import follow, frictool
+from tests.support.recipes import follow, frictool_each
 
 RIG = ROOT / "configs/clutch"
 DESIGN = """\
@@ -42,21 +42,22 @@ def overlay(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def synthesised(overlay: Path, design: str) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of `synth` with this design."""
-    path = overlay / "design.yaml"
+def synthesis(overlay: Path, name: str, design: str) -> list[str | Path]:
+    """Return the command line of `synth` with this design."""
+    path = overlay / f"{name}.design.yaml"
     path.write_text(design)
     spec = ["--spec", RIG / "spec.yaml", "--design", path, "--vertices-only", "--no-play", "--json"]
-    done = frictool(
-        overlay, "synth", RIG / "nonlinear.yaml", *spec, "-o", overlay / "controller.yaml"
-    )
-    return done.returncode, done.stdout, done.stderr
+    return ["synth", RIG / "nonlinear.yaml", *spec, "-o", overlay / f"{name}.yaml"]
 
 
 def test_the_controller_of_the_method_crosses_over_where_its_equation_says(overlay: Path) -> None:
-    code, out, error = synthesised(overlay, DESIGN)
-    assert code == 0, error
-    view = json.loads(out)
+    done, verified = frictool_each(
+        overlay,
+        synthesis(overlay, "controller", DESIGN),
+        ["verify", overlay / "controller.yaml"],
+    )
+    assert done.returncode == 0, done.stderr
+    view = json.loads(done.stdout)
     assert (view["method"], view["order"]) == ("lead", 1)
     assert "lead: zero at 5 rad/s, pole at 80 rad/s" in view["notes"]
     stored = yaml.safe_load((overlay / "controller.yaml").read_text())
@@ -65,19 +66,12 @@ def test_the_controller_of_the_method_crosses_over_where_its_equation_says(overl
     centre = polytope(load(RIG / "nonlinear.yaml", Model)).centre
     plant = centre.constant / (s * (centre.inertia * s + centre.viscous))
     assert abs((c * b / (z - a) + d) * plant) == pytest.approx(1.0, rel=1e-3)
-    verified = frictool(overlay, "verify", overlay / "controller.yaml")
     assert verified.returncode == 1  # a controller of --vertices-only has no certificate
     assert "figures recomputed at 16 vertices: all equal the stored figures" in verified.stdout
 
 
 def test_schema_help_and_messages_know_the_method(overlay: Path) -> None:
-    design = json.loads(frictool(overlay, "schema", "design").stdout)["$defs"]["Design"]
-    assert "lead" in design["properties"]["method"]["enum"]
-    assert re.search(r"`domain` \([^)]*, lead\b", design["description"])
-    stored = json.loads(frictool(overlay, "schema", "controller").stdout)["$defs"]["Controller"]
-    assert {"lead", "own"} <= set(stored["properties"]["method"]["enum"])
-    assert re.search(r"\n +lead +phase lead at", frictool(overlay, "synth", "--help").stdout)
-    for design_text, message in (
+    wrong = (
         (f"{DESIGN}order: 3\n", "order belongs to methods .*, not to method lead; remove the key"),
         (DESIGN.replace(": lead", ": leed"), r"found 'leed'.*allowed: lpv \|.*\| lead \| pid"),
         (
@@ -85,10 +79,25 @@ def test_schema_help_and_messages_know_the_method(overlay: Path) -> None:
             + "position_law: {action: none, formula: sqrt(F/J)}\n",
             "method lead belongs to structure position",
         ),
-    ):
-        code, _, error = synthesised(overlay, design_text)
-        assert code == 3
-        assert re.search(message, error), error
+    )
+    *schemas, shown, first, second, third = frictool_each(
+        overlay,
+        ["schema", "design"],
+        ["schema", "controller"],
+        ["synth", "--help"],
+        *(synthesis(overlay, f"wrong{k}", text) for k, (text, _) in enumerate(wrong)),
+    )
+    design, stored = (
+        json.loads(schema.stdout)["$defs"][name]
+        for schema, name in zip(schemas, ("Design", "Controller"), strict=True)
+    )
+    assert "lead" in design["properties"]["method"]["enum"]
+    assert re.search(r"`domain` \([^)]*, lead\b", design["description"])
+    assert {"lead", "own"} <= set(stored["properties"]["method"]["enum"])
+    assert re.search(r"\n +lead +phase lead at", shown.stdout)
+    for refused, (_, message) in zip((first, second, third), wrong, strict=True):
+        assert refused.returncode == 3
+        assert re.search(message, refused.stderr), refused.stderr
 
 
 @pytest.mark.parametrize("name", METHODS)

@@ -11,11 +11,11 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_file_location
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from tests.support.documentation_pages import ROOT, text_of
 
@@ -64,16 +64,33 @@ def changed(text: str, difference: str) -> str:
     return text
 
 
-def frictool(overlay: Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+class Ended(NamedTuple):
+    """Exit code and texts of a command."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def frictool(overlay: Path, *arguments: str | Path) -> Ended:
     """Run `frictool ARGUMENTS` in the folder `overlay`, with the modules in it."""
-    return subprocess.run(
-        [sys.executable, "-m", __name__, str(overlay), json.dumps([*map(str, arguments)])],
+    (ended,) = frictool_each(overlay, arguments)
+    return ended
+
+
+def frictool_each(overlay: Path, *lines: Sequence[str | Path]) -> list[Ended]:
+    """Run command lines one after the other in one process, as `frictool` runs one."""
+    words = json.dumps([[*map(str, line)] for line in lines])
+    done = subprocess.run(
+        [sys.executable, "-m", __name__, str(overlay), words],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         cwd=overlay,
         capture_output=True,
         text=True,
         check=False,
     )
+    assert done.returncode == 0, done.stderr
+    return [Ended(*one) for one in json.loads(done.stdout)]
 
 
 class Overlay:
@@ -89,7 +106,7 @@ class Overlay:
 
 if __name__ == "__main__":
     sys.meta_path.insert(0, Overlay(Path(sys.argv[1])))
-    sys.argv = ["frictool", *json.loads(sys.argv[2])]
-    from frictool.cli.main import main
+    from studies.command_line import run
 
-    main()
+    ended = [run(*line) for line in json.loads(sys.argv[2])]
+    print(json.dumps([(one.code, one.stdout, one.stderr) for one in ended]))

@@ -18,6 +18,7 @@ from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.acceptance import unstable_earlier
 from frictool.synth.design import ProofScope, design_controller, synthesise_verified
+from frictool.synth.surrounding_blocks import blocks
 from frictool.verify.speed_loop import check_loop, is_required
 from studies.rigs.clutch_model import clutch_model
 from tests.support.clutch_speed_controller import (
@@ -121,23 +122,14 @@ def test_a_proportional_law_is_verified_with_the_loop_inside_it() -> None:
         )
 
 
-@pytest.mark.parametrize(
-    ("formula", "factor"),
-    [
-        pytest.param("sqrt(F/J)", 1.0, marks=pytest.mark.accept),  # of the other designs here
-        ("sqrt(2F/J)", np.sqrt(2.0)),
-    ],
-)
+@pytest.mark.parametrize(("formula", "factor"), [("sqrt(F/J)", 1.0), ("sqrt(2F/J)", np.sqrt(2.0))])
 def test_the_gain_is_that_of_the_named_formula(formula: str, factor: float) -> None:
     law = msgspec.structs.replace(speed_design().position_law, formula=formula)
-    controller = design_controller(
-        clutch_model(),
-        speed_spec(),
-        msgspec.structs.replace(speed_design(), position_law=law),
-        HERE,
-    )
-    assert controller.position_law.gain == pytest.approx(factor * np.sqrt(0.099 / 1.32e-5))
-    assert controller.position_law.formula == formula
+    design = msgspec.structs.replace(speed_design(), position_law=law)
+    found = blocks(clutch_model(), design).position_law
+    assert found is not None
+    assert found.gain == pytest.approx(factor * np.sqrt(0.099 / 1.32e-5))
+    assert found.formula == formula
 
 
 def test_a_margin_that_is_not_reached_is_refused_and_the_vertex_named() -> None:
@@ -185,26 +177,17 @@ def test_a_bench_without_delay_gets_a_controller_too() -> None:
 
 
 def test_weights_at_the_edge_of_the_numbers_give_nothing_that_is_not_verified() -> None:
-    """The last weight is at the edge: whether the solver comes to an end depends on the processor's
-    rounding. The other is solved."""
-    solved = 0
-    for drive in (0.6, 0.5e6):
-        weights = msgspec.structs.replace(speed_design().weights, drive=drive)
-        try:
-            found = design_controller(
-                clutch_model(),
-                speed_spec(),
-                msgspec.structs.replace(speed_design(), weights=weights),
-                HERE,
-            ).verified
-        except NoSolutionError:
-            continue
-        solved += 1
-        assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in found.vertices)
-        # a frozen controller is not promised gamma at every vertex, but with this weight only the
-        # plant's own answer counts
-        assert drive < 1e3 or all(vertex.norm <= found.gamma_asked for vertex in found.vertices)
-    assert solved >= 1
+    """Whether the solver comes to an end depends on the processor's rounding."""
+    weights = msgspec.structs.replace(speed_design().weights, drive=0.5e6)
+    design = msgspec.structs.replace(speed_design(), weights=weights)
+    try:
+        found = design_controller(clutch_model(), speed_spec(), design, HERE).verified
+    except NoSolutionError:
+        return
+    assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in found.vertices)
+    # a frozen controller is not promised gamma at every vertex, but with this weight only the
+    # plant's own answer counts
+    assert all(vertex.norm <= found.gamma_asked for vertex in found.vertices)
 
 
 @pytest.mark.parametrize("factor", [1e9, 1e12])

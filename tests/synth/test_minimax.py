@@ -117,19 +117,11 @@ def test_no_start_that_stabilises_is_refused() -> None:
         search(_structure(1, PERIOD), plants, 0.0)
 
 
-def test_the_same_seed_gives_the_same_controller() -> None:
-    again = search(_structure(1, PERIOD, speed=True), _plants(PERIOD, 1, speed=True)[-1:], 0.0)
-    assert np.array_equal(again.parameters, _found(1, speed=True).parameters)
-
-
-def test_progress_is_told() -> None:
+def test_the_same_seed_gives_the_same_controller_and_progress_is_told() -> None:
     told: list[str] = []
-    search(
-        _structure(1, PERIOD, speed=True),
-        _plants(PERIOD, 1, speed=True)[:1],
-        0.0,
-        progress=told.append,
-    )
+    plants = _plants(PERIOD, 1, speed=True)[-1:]
+    again = search(_structure(1, PERIOD, speed=True), plants, 0.0, progress=told.append)
+    assert np.array_equal(again.parameters, _found(1, speed=True).parameters)
     assert any("order 1, worst norm" in line for line in told)
 
 

@@ -24,6 +24,7 @@ from frictool.verify.recheck import recheck
 from frictool.verify.resonant_loop import resonant_check
 from studies.command_line import run
 from studies.rigs.clutch_model import ROOT, clutch_model
+from tests.support.clutch_speed_controller import clutch_speed_controller
 from tests.support.command_line import refused
 
 RIG = ROOT / "configs/clutch"
@@ -35,7 +36,7 @@ def yielding(rad_s: float, damping: float = 0.02) -> Resonances:
     )
 
 
-def designed(resonances: Resonances | None) -> Controller:
+def designed(resonances: Resonances) -> Controller:
     model = msgspec.structs.replace(clutch_model(), resonances=resonances)
     return design_controller(
         model,
@@ -56,7 +57,7 @@ def test_a_resonance_far_above_leaves_the_loop_and_is_kept_in_the_document(
 ) -> None:
     assert stiff.resonances == yielding(3000.0)
     recheck(stiff)
-    without = designed(None)
+    without = clutch_speed_controller()
     assert without.resonances is None
     assert without.linear == stiff.linear
 
