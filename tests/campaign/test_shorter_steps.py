@@ -61,8 +61,14 @@ def designed(model: Model, spec: Spec, scenario: Scenario | None = None) -> Cont
     return CandidateControllers(model, spec)(found.design)
 
 
+@pytest.fixture(scope="module")
+def default_controller(documents_of_axis: tuple[Model, Spec]) -> Controller:
+    """Return the controller of the default steps."""
+    return designed(*documents_of_axis)
+
+
 def test_a_controller_of_long_steps_fails_in_shorter_ones_and_that_of_the_default_steps_passes(
-    documents_of_axis: tuple[Model, Spec],
+    documents_of_axis: tuple[Model, Spec], default_controller: Controller
 ) -> None:
     """The loop is nonlinear: the same specification, met in steps over the travel, fails below."""
     model, spec = documents_of_axis
@@ -79,13 +85,12 @@ def test_a_controller_of_long_steps_fails_in_shorter_ones_and_that_of_the_defaul
     assert requirement.value > requirement.metric.limit
     assert not default.judge(long).passed
 
-    both = designed(model, spec)
-    shorter = play_shorter_steps(default, both)
+    shorter = play_shorter_steps(default, default_controller)
     assert shorter is not None
     assert not shorter.failed
     assert shorter.worst is None
     # a provided scenario states the steps of the axis
-    assert play_shorter_steps(design_test(model, spec, steps), both) is None
+    assert play_shorter_steps(design_test(model, spec, steps), default_controller) is None
 
 
 def test_an_axis_that_does_not_move_fails(documents_of_axis: tuple[Model, Spec]) -> None:
@@ -105,12 +110,14 @@ def test_an_axis_that_does_not_move_fails(documents_of_axis: tuple[Model, Spec])
 
 
 def test_a_step_as_long_as_the_first_of_the_test_has_the_same_figures(
-    documents_of_axis: tuple[Model, Spec], monkeypatch: pytest.MonkeyPatch
+    documents_of_axis: tuple[Model, Spec],
+    default_controller: Controller,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The first and third default step are a step over most of the travel, and back."""
     model, spec = documents_of_axis
     test = design_test(model, spec)
-    controller = designed(model, spec)
+    controller = default_controller
     whole = longest_step(model)
     monkeypatch.setattr("frictool.campaign.shorter_steps.shorter_lengths", lambda _: [whole])
     shorter = play_shorter_steps(test, controller)
@@ -189,10 +196,11 @@ def test_an_axis_may_rest_beyond_the_target_within_the_static_error() -> None:
 
 def test_the_text_names_length_figure_and_limit(
     documents_of_axis: tuple[Model, Spec],
+    default_controller: Controller,
 ) -> None:
     model, spec = documents_of_axis
     test = design_test(model, spec)
-    controller = designed(model, spec)
+    controller = default_controller
     shorter = play_shorter_steps(test, controller)
     assert shorter is not None
     shortest = f"{shorter.steps[0].length:.3g}"

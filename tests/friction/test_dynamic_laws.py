@@ -21,7 +21,6 @@ from tests.support.plain_laws import presliding_force, presliding_rate, stribeck
 
 DYNAMIC = sorted(name for name, law in LAWS.items() if law.kind == "dynamic")
 SCALAR = ["dahl", "lugre", "elasto_plastic"]
-FAST = settings(derandomize=True, deadline=None, max_examples=60)
 RATIOS = st.floats(-1.0, 1.0)
 SPEEDS = st.builds(lambda e, s: s * 10.0**e, st.floats(-6, 1), st.sampled_from([1.0, -1.0]))
 
@@ -46,7 +45,6 @@ def largest(law: Law, q: dict[str, float]) -> float:
 
 
 @pytest.mark.parametrize("name", SCALAR)
-@FAST
 @given(data=st.data(), ratio=RATIOS, v=SPEEDS)
 def test_rate_and_force_follow_the_equations(
     name: str, data: st.DataObject, ratio: float, v: float
@@ -61,7 +59,6 @@ def test_rate_and_force_follow_the_equations(
 
 
 @pytest.mark.parametrize("name", SCALAR)
-@FAST
 @given(data=st.data(), ratio=RATIOS, v=SPEEDS, share=st.floats(0.0, 0.99))
 def test_storage_inequality(
     name: str, data: st.DataObject, ratio: float, v: float, share: float
@@ -146,7 +143,6 @@ def test_dahl_of_first_order_is_an_exponential_in_position() -> None:
     np.testing.assert_allclose(force, 1.0 - np.exp(-1.5e5 * x), rtol=1e-9, atol=1e-12)
 
 
-@FAST
 @given(shares=st.lists(st.floats(-0.99, 0.99), min_size=1, max_size=8), v=st.floats(1e-6, 1e-2))
 def test_elasto_plastic_is_elastic_below_its_limit(shares: list[float], v: float) -> None:
     """z follows x exactly, and comes back, wherever |z| < z_ba: no drift."""

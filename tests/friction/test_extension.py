@@ -22,12 +22,10 @@ from frictool.friction.stribeck import slip_force
 from studies.rigs.clutch_friction import BACKWARD, FORWARD
 from studies.rigs.table_3_1 import STRIBECK, TABLE_3_1, packed
 
-FAST = settings(derandomize=True, deadline=None, max_examples=60)
 TRAVEL = (0.0, 63.0)
 KNEE = regimes_from([(260.0, 4e-4)])
 
 
-@FAST
 @given(coefficients=st.lists(st.floats(-2, 2), min_size=1, max_size=5), x=st.floats(-5, 5))
 def test_position_factor_is_the_polynomial_within_the_travel(
     coefficients: list[float], x: float
@@ -64,7 +62,6 @@ def test_polynomials_that_give_no_factor_are_refused(
         normalise(np.array(coefficients), low, high)
 
 
-@FAST
 @given(dwell=st.floats(0, 1e6), fresh=st.floats(0.1, 1.0), rise=st.floats(0, 100))
 def test_dwell_factor_rises_from_fresh_to_one(dwell: float, fresh: float, rise: float) -> None:
     factor = dwell_factor(dwell, fresh, rise)
@@ -75,7 +72,6 @@ def test_dwell_factor_rises_from_fresh_to_one(dwell: float, fresh: float, rise: 
     )
 
 
-@FAST
 @given(v=st.floats(-400, 400))
 def test_knee_force_is_continuous_odd_and_dissipates(v: float) -> None:
     expected = math.copysign(4e-4 * max(0.0, abs(v) - 260.0), v)
@@ -103,7 +99,6 @@ def test_speed_regimes_out_of_order_are_refused(points: list[tuple[float, float]
         regimes_from(points)
 
 
-@FAST
 @given(start=st.floats(-1, 1), end=st.floats(-1, 1), held=st.floats(-1, 1), lag=st.floats(0.01, 10))
 def test_lagged_film_is_the_response_of_the_lag(
     start: float, end: float, held: float, lag: float
@@ -118,7 +113,6 @@ def test_lagged_film_is_the_response_of_the_lag(
     assert lubricant_film.lagged_film(held, start, end, 0.0, step) == end
 
 
-@FAST
 @given(velocities=st.lists(st.floats(-1, 1), min_size=1, max_size=20), samples=st.integers(0, 5))
 def test_delayed_film_is_the_velocity_of_n_samples_ago(
     velocities: list[float], samples: int
@@ -145,7 +139,6 @@ def test_frictional_memory_makes_a_loop_of_the_curve() -> None:
     )
 
 
-@FAST
 @given(scale=st.floats(1e-4, 1.0), exponent=st.floats(0.6, 3.0), viscous=st.floats(0.01, 2.0))
 def test_full_film_begins_at_the_minimum_of_the_curve(
     scale: float, exponent: float, viscous: float

@@ -19,7 +19,6 @@ from studies.rigs.table_3_1 import STRIBECK, TABLE_3_1, packed
 from tests.support.law_drivers import EFFORT, MODE, POSITION, VELOCITY, hybrid_run, pointers
 from tests.support.plain_laws import stribeck_curve
 
-FAST = settings(derandomize=True, deadline=None, max_examples=100)
 VERSIONS = ["hybrid_a", "hybrid_b", "hybrid_c"]
 PRESLIDING = ["hybrid_b", "hybrid_c"]
 EFFORTS = st.floats(-3, 3)
@@ -46,7 +45,6 @@ def run(
 
 
 @pytest.mark.parametrize("name", VERSIONS)
-@FAST
 @given(
     v=SPEEDS,
     u=EFFORTS,
@@ -74,7 +72,6 @@ def test_switches_as_printed(
 
 
 @pytest.mark.parametrize("name", VERSIONS)
-@FAST
 @given(v=SPEEDS, u=EFFORTS, share=st.floats(-1.2, 1.2), stuck=st.booleans())
 def test_no_instant_asks_for_two_switches(
     name: str, v: float, u: float, share: float, stuck: bool
@@ -91,7 +88,6 @@ def test_no_instant_asks_for_two_switches(
 
 
 @pytest.mark.parametrize("name", VERSIONS)
-@FAST
 @given(v=st.floats(-0.5, 0.5), u=EFFORTS)
 def test_slip_is_stribeck_under_newton(name: str, v: float, u: float) -> None:
     p = packed(LAWS[name], TABLE_3_1[name] | {"inertia": 2.0})
@@ -104,7 +100,6 @@ def test_slip_is_stribeck_under_newton(name: str, v: float, u: float) -> None:
     )
 
 
-@FAST
 @given(v=SPEEDS, u=EFFORTS, share=st.floats(-1.5, 1.5))
 def test_stuck_forces(v: float, u: float, share: float) -> None:
     a, b, c = (packed(LAWS[name]) for name in VERSIONS)
@@ -133,7 +128,6 @@ def test_stiffness_and_damping_are_those_of_table_3_1() -> None:
     assert presliding_damping(p) == pytest.approx(2 * math.sqrt(1.5e5), rel=1e-12)
 
 
-@FAST
 @given(
     v=st.floats(-0.5, 0.5),
     u=EFFORTS,

@@ -22,7 +22,6 @@ from frictool.friction.status_codes import MEMORY_FULL, NOT_FINITE, OK
 from frictool.friction.virgin_curve import virgin_force
 from tests.support.plain_laws import Masing, Relays
 
-FAST = settings(derandomize=True, deadline=None, max_examples=80)
 BREAKAWAY, LIMIT = 1.5, 1e-5
 TABLE = masing_everett()
 PLACES = st.lists(
@@ -60,7 +59,6 @@ def unit_virgin(z: float) -> float:
     return float(np.sign(z)) * (1 - left * left)
 
 
-@FAST
 @given(z=st.floats(-3, 3))
 def test_virgin_curve(z: float) -> None:
     assert virgin_force(z * LIMIT, BREAKAWAY, LIMIT) == pytest.approx(
@@ -68,7 +66,6 @@ def test_virgin_curve(z: float) -> None:
     )
 
 
-@FAST
 @given(
     places=st.lists(
         st.one_of(
@@ -104,7 +101,6 @@ def test_masing_is_the_limit_of_a_fine_maxwell_bank(places: list[float]) -> None
     )
 
 
-@FAST
 @given(
     places=st.lists(st.floats(-3, 3), min_size=1, max_size=20),
     limits=st.lists(st.floats(0.1, 2.0), min_size=1, max_size=4),
@@ -217,7 +213,6 @@ def test_preisach_equals_a_bank_of_relays(places: list[int], seed: int) -> None:
     )
 
 
-@FAST
 @given(places=st.lists(st.integers(-10, 10), min_size=1, max_size=25))
 def test_preisach_of_masing_cycles_is_masing_on_the_nodes(places: list[int]) -> None:
     steps = [place / 10 for place in places]
@@ -225,7 +220,6 @@ def test_preisach_of_masing_cycles_is_masing_on_the_nodes(places: list[int]) -> 
 
 
 @pytest.mark.parametrize("path", [masing_path, preisach_path])
-@FAST
 @given(
     first=st.lists(st.floats(-0.9, 0.9), max_size=8),
     second=st.lists(st.floats(-0.9, 0.9), max_size=8),
@@ -245,7 +239,6 @@ def test_a_larger_extreme_wipes_out_what_came_before(
 
 
 @pytest.mark.parametrize("path", [masing_path, preisach_path])
-@FAST
 @given(
     first=st.lists(st.floats(-1, 1), max_size=8),
     second=st.lists(st.floats(-1, 1), max_size=8),
@@ -267,7 +260,6 @@ def test_loops_between_the_same_extremes_are_congruent_and_closed(
 
 
 @pytest.mark.parametrize("path", [masing_path, preisach_path])
-@FAST
 @given(corners=st.lists(st.floats(-1.2, 1.2), min_size=1, max_size=12))
 def test_every_movement_from_virgin_costs_energy(path, corners: list[float]) -> None:
     """int F dz >= 0 from the virgin contact to anywhere; closed loops dissipate (annex A)."""
@@ -280,7 +272,6 @@ def test_every_movement_from_virgin_costs_energy(path, corners: list[float]) -> 
 
 
 @pytest.mark.parametrize("path", [masing_path, preisach_path])
-@FAST
 @given(places=st.lists(st.floats(-1.5, 1.5), min_size=1, max_size=12), cuts=st.integers(2, 5))
 def test_only_the_extremes_matter(path, places: list[float], cuts: int) -> None:
     """Rate independence: the same path in more steps ends alike; oddness: its mirror image is the

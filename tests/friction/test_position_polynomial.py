@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from frictool.friction.polynomial_minimum import minimum
@@ -20,14 +20,12 @@ from frictool.plant.axis_friction_laws import (
     Sides,
 )
 
-FAST = settings(derandomize=True, deadline=None, max_examples=100)
 GRID = np.linspace(-1.0, 2.0, 20001)
 PADDED = st.lists(st.floats(-2, 2, allow_subnormal=False), min_size=1, max_size=MAX_TERMS).map(
     lambda b: [*b, 0.0, 0.0]
 )
 
 
-@FAST
 @given(PADDED, st.integers(0, 9000), st.integers(1, 10000))
 @example(
     [0.0, 0.0, -1.0, 0.0, -1.0, -1.0, 1.0, 4.6e-52], 0, 1544
@@ -45,7 +43,6 @@ def test_the_least_is_that_of_a_dense_grid(
     assert on_grid - 0.5 * bend * step**2 - 1e-9 <= found <= on_grid + 1e-9
 
 
-@FAST
 @given(st.floats(-1, 2), st.floats(-1, 2), st.floats(-300, 300))
 def test_the_place_of_a_cubic_s_least_is_where_it_turns(
     turning: float, other: float, power: float
@@ -59,7 +56,6 @@ def test_the_place_of_a_cubic_s_least_is_where_it_turns(
     assert minimum(cubic, turning - near, turning + near)[0] == pytest.approx(turning, abs=1e-9)
 
 
-@FAST
 @given(
     *[st.lists(st.floats(0.1, 2), min_size=1, max_size=5).map(tuple)] * 4,
     st.floats(0, 3),
@@ -95,7 +91,6 @@ def _written(sides: Sides, value: float) -> list[np.ndarray]:
     return [np.concatenate([row, np.zeros(MAX_TERMS - row.size)]) for row in found]
 
 
-@FAST
 @given(st.lists(st.floats(-1, 1), min_size=1, max_size=4), st.floats(0.5, 2), st.floats(0, 0.5))
 def test_friction_that_its_map_takes_below_zero_is_refused(
     terms: list[float], slip: float, more: float

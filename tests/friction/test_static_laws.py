@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.friction.karnopp import seen_velocity
@@ -21,7 +21,6 @@ from tests.support.law_values import values
 from tests.support.plain_laws import sign, static_force
 
 STATIC = sorted(name for name, law in LAWS.items() if law.kind == "static")
-FAST = settings(derandomize=True, deadline=None, max_examples=40)
 FORCE, BREAKAWAY, BAND, SEEN = range(4)
 
 
@@ -32,7 +31,6 @@ def at(name: str, velocities: list[float], q: dict[str, float]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", STATIC)
-@FAST
 @given(data=st.data(), exponent=st.floats(-8.0, 3.0))
 def test_slip_follows_the_equation_opposes_the_motion_and_is_odd(
     name: str, data: st.DataObject, exponent: float
@@ -44,7 +42,6 @@ def test_slip_follows_the_equation_opposes_the_motion_and_is_odd(
     assert forward[FORCE] * v >= 0.0
 
 
-@FAST
 @given(data=st.data(), ratio=st.floats(0.05, 5.0))
 def test_slope_of_stribeck_is_the_derivative(data: st.DataObject, ratio: float) -> None:
     q = data.draw(values(LAWS["stribeck"]))
@@ -75,7 +72,6 @@ def test_slope_of_stribeck_at_rest_and_far_out() -> None:
 
 
 @pytest.mark.parametrize(("name", "reach"), [("coulomb_tanh", 20.0), ("coulomb_atan", 1e7)])
-@FAST
 @given(velocity=st.floats(1e-6, 1e3), forward=st.booleans())
 def test_regularised_laws_tend_to_coulomb(
     name: str, reach: float, velocity: float, forward: bool
@@ -86,7 +82,6 @@ def test_regularised_laws_tend_to_coulomb(
     assert row[BREAKAWAY] == 0.0
 
 
-@FAST
 @given(effort=st.floats(-10, 10), forward=st.floats(0, 5), backward=st.floats(0, 5))
 def test_a_body_at_rest_is_held_up_to_its_breakaway(
     effort: float, forward: float, backward: float
@@ -104,7 +99,6 @@ def test_breakaway_and_band_are_the_parameters(name: str) -> None:
     assert row[SEEN] == (0.0 if name == "karnopp" else 5e-4)
 
 
-@FAST
 @given(v=st.floats(-1, 1), band=st.floats(1e-6, 0.5))
 def test_karnopp_moves_outside_its_band_only(v: float, band: float) -> None:
     assert seen_velocity(v, np.array([1.0, 1.5, 0.4, band])) == (v if abs(v) > band else 0.0)

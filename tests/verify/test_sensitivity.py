@@ -127,7 +127,9 @@ def played(controller: Controller, vertices: list[Vertex], frequency: float) -> 
 
 
 @pytest.mark.parametrize("name", ["position", "fast", "PI", "PI measured"])
-@pytest.mark.parametrize("share", [0.45, pytest.param(0.6, marks=pytest.mark.accept), 0.75])
+@pytest.mark.parametrize(
+    "share", [*(pytest.param(one, marks=pytest.mark.accept) for one in (0.45, 0.6)), 0.75]
+)
 def test_transfers_are_those_of_the_loop_played_sample_by_sample(name: str, share: float) -> None:
     controller = {"PI": by_speed("position", 900.0), "PI measured": by_speed("measured", 0.0)}.get(
         name
