@@ -6,13 +6,15 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
+from tests.support.statements import statements
+
 ROOT = Path(__file__).parents[1]
 
 
 def _imports_of_tests(source: str) -> set[str]:
     """Return the modules named `test_*` or `check_*` that a source imports."""
     modules: set[str] = set()
-    for node in ast.walk(ast.parse(source)):
+    for node in statements(ast.parse(source)):
         if isinstance(node, ast.ImportFrom) and node.module:
             modules |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Import):

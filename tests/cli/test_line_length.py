@@ -32,6 +32,7 @@ from frictool.verify.certified_intervals import outside_message
 from studies.command_line import run
 from tests.support.linear_axis import linear_bench
 from tests.support.short_logs import first_part
+from tests.support.statements import statements
 
 ROOT = Path(__file__).parents[2]
 BENCH = ROOT / "configs/clutch/bench.yaml"
@@ -79,7 +80,7 @@ def text_length(node: ast.expr) -> int:
 
 def refusals(source: str) -> Iterator[tuple[int, int]]:
     """Yield the line and the length of the message of each exception that a module raises."""
-    for node in ast.walk(ast.parse(source)):
+    for node in statements(ast.parse(source)):
         if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
             call = node.exc  # of `Error(...)`, or of `Error(...).at(...)`
             while isinstance(call.func, ast.Attribute) and isinstance(call.func.value, ast.Call):

@@ -11,6 +11,7 @@ from importlib import metadata
 
 from frictool import __version__
 from studies.rigs.clutch_model import ROOT
+from tests.support.statements import statements
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 FIRST_NAME = re.compile(r"[A-Za-z0-9._-]+")
@@ -31,7 +32,7 @@ def imported() -> set[str]:
     """Distributions whose modules the package imports, anywhere in it."""
     modules = set[str]()
     for path in (ROOT / "frictool").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in statements(ast.parse(path.read_text())):
             if isinstance(node, ast.Import):
                 modules |= {alias.name.partition(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
