@@ -3,27 +3,35 @@
 - The axis rings after its stops, but the model is rigid. This is no reason if two conditions hold
   on plants of two inertias (verify/ringing_loop.py): the loops have the specified margin, and the
   controller meets the specification in the steps of the test (nominal parameters only).
+- The logs show a lag or delay that the bench does not state (`late_position`). This is no reason
+  if the loops tolerate a delay of this length, and if the controller meets the specification in the
+  steps of the test with a drive that has this lag in addition (nominal parameters only).
 - The model is valid on one side of a position only, but the steps of the test leave this side.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 from msgspec import structs
 
-from frictool.adapters.two_inertias import TwoInertias, two_inertias
+from frictool.adapters.two_inertias import two_inertias
 from frictool.campaign.design_trial import DesignTest
 from frictool.campaign.trials.controller_judge import ControllerJudge
 from frictool.documents.controller import Controller
+from frictool.documents.mechanism import Mechanism
 from frictool.documents.metric_table import requirement_title
 from frictool.documents.missing_effects import undeclared_ringing
 from frictool.documents.model import Model
+from frictool.documents.quantity import Estimate
 from frictool.documents.resonances import Oscillation
 from frictool.documents.spec import Spec
 from frictool.verify.ringing_loop import SLOWER, doubt_words, ringing_check
 from frictool.verify.verification_view import ringing_line
 from frictool.verify.vertices import vertex_points
+
+Document = TypeVar("Document", Controller, Model)
 
 
 @dataclass(frozen=True)
@@ -52,6 +60,8 @@ def doubts_of(model: Model, controller: Controller, test: DesignTest | None) -> 
     oscillation = undeclared_ringing(model)
     if oscillation is not None:
         found.append(_of_ringing(controller, oscillation, test))
+    if model.late_position is not None:
+        found.append(_of_late_position(model.late_position, controller, test))
     if model.valid_side is not None:
         found.append(_of_side(model, controller, test))
     return Doubts(
@@ -93,21 +103,44 @@ def _failed(controller: Controller, oscillation: Oscillation, test: DesignTest) 
     # a mechanism has no margin; `ringing_check` contains the margin
     spec = structs.replace(test.spec, modulus_margin=None)
     for plant in two_inertias(oscillation):
-        if failure := _failure(test, spec, controller, plant):
+        if failure := _failure(test, spec, controller, plant.mechanism(test.model)):
             return doubt_words(plant, failure)
     return ""
 
 
-def _failure(test: DesignTest, spec: Spec, controller: Controller, plant: TwoInertias) -> str:
+def _failure(test: DesignTest, spec: Spec, controller: Controller, plant: Model | Mechanism) -> str:
     """Return a requirement that the loop with `plant` misses in the test's steps, or ""."""
     scenario = structs.replace(test.scenario, given={})
-    judge = ControllerJudge(plant.mechanism(test.model), scenario, spec, [{}])
+    judge = ControllerJudge(plant, scenario, spec, [{}])
     verdict = judge(controller)
     missed = (one.metric.name for one in verdict.requirements if not one.met)
     return next(
         (f"{requirement_title(name)} is not met" for name in missed),
         next(iter(verdict.failed.values()), ""),
     )
+
+
+def _of_late_position(
+    late: Estimate, controller: Controller, test: DesignTest | None
+) -> tuple[str, str]:
+    longest = late.interval[1]
+    lag = f"{1e3 * longest:.3g} ms more lag, which the logs show and the bench does not state"
+    margins = controller.verified.margins
+    allowed = None if margins is None else margins.delay_s
+    if allowed is not None and longest > allowed:
+        return f"{lag}: the loop tolerates a delay of {1e3 * allowed:.3g} ms only", ""
+    if test is None:
+        return f"{lag}: not simulated; leave out --no-play", ""
+    failure = _failure(test, test.spec, _slower(controller, longest), _slower(test.model, longest))
+    return (f"with {lag}, {failure}", "") if failure else ("", f"passes with {lag}")
+
+
+def _slower(document: Document, lag: float) -> Document:
+    """Return the document with a drive whose time constant is longer by `lag` [s]."""
+    bench = document.bench
+    time_constant = bench.actuator.loop_time_constant_s + lag
+    actuator = structs.replace(bench.actuator, loop_time_constant_s=time_constant)
+    return structs.replace(document, bench=structs.replace(bench, actuator=actuator))
 
 
 def _of_side(model: Model, controller: Controller, test: DesignTest | None) -> tuple[str, str]:

@@ -69,8 +69,9 @@ if a requirement is not met; the controller is written in either case. After the
 passed, shorter steps are simulated; a line states whether they meet the specification.
 
 If the axis rings after stops (`ringing` of the model), the controller is also tested on plants of
-two inertias. The verdict is UNDECIDED (exit code 1) if one of them fails, or if the steps leave the
-side of a position on which the model is valid (`valid_side`).
+two inertias. If the logs show a lag that the bench does not state (`late_position`), it is tested
+with a drive that has this lag, too. The verdict is UNDECIDED (exit code 1) if one of these fails,
+or if the steps leave the side of a position on which the model is valid (`valid_side`).
 """
 
 
@@ -234,7 +235,7 @@ def command(
 
 
 def _doubts(model: Model, controller: Controller, test: DesignTest | None) -> Doubts | None:
-    if model.ringing is None and model.valid_side is None:
+    if model.ringing is None and model.late_position is None and model.valid_side is None:
         return None
     from frictool.campaign.doubts import doubts_of  # loads the engine
 

@@ -16,7 +16,13 @@ DIGITS = 3  # significant digits of the entry that the text suggests
 
 def missing_effects(model: Model) -> Iterator[str]:
     """Yield a warning for each effect that the logs of `model` show, but that it lacks."""
-    for missing in (missing_winding_lag, missing_sensor_lag, missing_ringing, missing_side):
+    for missing in (
+        missing_winding_lag,
+        missing_sensor_lag,
+        missing_late_position,
+        missing_ringing,
+        missing_side,
+    ):
         if text := missing(model):
             yield text
 
@@ -55,6 +61,19 @@ def missing_sensor_lag(model: Model) -> str | None:
     return (
         f"encoder.time_constant_s is {lag:.{DIGITS}g}: identify and validate include this lag; "
         "exported models and observe ignore it; synth, verify, simulate and prove refuse it"
+    )
+
+
+def missing_late_position(model: Model) -> str | None:
+    """Return a warning if the logs show a lag of the position that the bench does not state."""
+    late = model.late_position
+    if late is None:
+        return None
+    value, *ends = (f"{1e3 * one:.{DIGITS}g}" for one in (late.value, *late.interval))
+    return (
+        f"the position follows the effort {value} ms ({' to '.join(ends)} ms) late; margins and "
+        "simulations ignore this; if it is not an error of the time stamps, state "
+        "actuator.loop_time_constant_s"
     )
 
 

@@ -18,6 +18,7 @@ from frictool.documents.quantity import (
     InertiaEstimate,
     NonNegativeEffortEstimate,
     PositiveVelocityEstimate,
+    TimeEstimate,
     ViscousEstimate,
 )
 from frictool.documents.resonances import Oscillation, Resonances
@@ -97,6 +98,9 @@ class Model(
       `synth` and `verify` test each controller with plants of two inertias that have it.
     - `valid_side`: Side of a position on which the model is valid. On the other side, the logs show
       another load.
+    - `late_position`: Lag or delay of the position behind the effort that the logs show, beyond
+      those in the bench. Margins and simulations do not include it. `synth` tests each controller
+      with a drive that has this lag in addition.
     - `bench_values_only`: Reason why no parameter was identified (`identify --keep-bench-values`).
       Every parameter then has the value in bench.yaml, and `synth` does not accept the model.
     """
@@ -118,6 +122,7 @@ class Model(
     resonances: Resonances | None = None
     ringing: Oscillation | None = None
     valid_side: ValidSide | None = None
+    late_position: TimeEstimate | None = None
     bench_values_only: str | None = None
 
     def plot(self) -> Figure:

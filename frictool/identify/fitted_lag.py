@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from frictool.documents.bench import Bench
+from frictool.documents.quantity import Estimate
 from frictool.identify.effect_regression import EffectRegression, effect_regression
 from frictool.identify.estimators.explanation_search import NOTICEABLE
 from frictool.identify.fit_result import Interval, SlidingFit
@@ -108,11 +109,8 @@ def fitted_lag(
     time between the readings of effort and position in a row, or if a pure delay explains the
     effort nearly as well as the lag.
     """
-    late = fit.effects.get(DELAY)
     known = any(one.sensor_lag > 0.0 or one.velocity is not None for one in records)
-    if late is None or known or bench.encoder.time_constant_s is not None:
-        return None
-    if -late.high <= READ_APART * max(one.period for one in records):
+    if known or bench.encoder.time_constant_s is not None or late_position(fit, records) is None:
         return None
     model = effect_regression(fit, records, bench, confidence)
     lag = None if model is None else late_fit(fit, records, bench, model, sensed)
@@ -131,6 +129,20 @@ def fitted_lag(
     if exchanged_inertia(found, lag.time, bench) is None:
         return lag.interval
     return Interval.around(found["inertia"].value / found["viscous"].value, lag.rest.half_width)
+
+
+def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Estimate | None:
+    """Return the lag or delay [s] of the position behind the effort that `fit` removed, or None.
+
+    The result is None if the lag may be shorter than the time between the readings of effort and
+    position in a row.
+    """
+    late = None if fit is None else fit.effects.get(DELAY)
+    if late is None or -late.high <= READ_APART * max(one.period for one in records):
+        return None
+    return Estimate(
+        value=-late.value, low=-late.high, high=-late.low, unit="s", source="identified"
+    )
 
 
 def exchanged_inertia(parameters: Mapping[str, Interval], lag: float, bench: Bench) -> float | None:

@@ -16,6 +16,7 @@ from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.breakaway.rate_table import breakaway_over_rate
 from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.fitted_lag import late_position
 from frictool.identify.identification import Identification, NothingIdentified, identify_records
 from frictool.identify.measurement.bench_measurement import (
     constant_warning,
@@ -132,7 +133,11 @@ def identify(
         result = replace(result, warnings=(*result.warnings, doubt))
     if motor and not request.measurement:
         model = msgspec.structs.replace(model, measurement=motor_measurement(motor, bench))
-    model = msgspec.structs.replace(model, ringing=ringing([*records, *slopes], model))
+    model = msgspec.structs.replace(
+        model,
+        ringing=ringing([*records, *slopes], model),
+        late_position=late_position(result.fit, records),
+    )
     missing = missing_ringing(model)
     if missing is not None:
         result = replace(result, warnings=(*result.warnings, missing))

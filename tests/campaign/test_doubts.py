@@ -1,4 +1,4 @@
-"""Verdicts on an axis that rings after its stops, or whose model is valid on one side only."""
+"""Verdicts on an axis that rings after its stops, is late, or has a model of one side only."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ from frictool.campaign.trials.trial_player import CampaignSetting, TrialPlayer
 from frictool.campaign.views.played_view import played_json, played_lines
 from frictool.documents.controller import Controller
 from frictool.documents.mechanism import Coupling
+from frictool.documents.missing_effects import missing_effects
 from frictool.documents.model import Model
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.resonances import Oscillation, Resonances
 from frictool.documents.valid_side import ValidSide
 from frictool.report.verdict import judge
@@ -211,6 +212,22 @@ def test_verify_and_reports_state_the_ringing(loop: Controller) -> None:
     setting = trial().setting._replace(plant=model)
     remarks = remarks_of(setting, space_of(spread_factors(setting.scenario)))
     assert any(words in one for one in remarks)
+
+
+@pytest.mark.parametrize(("lag", "passes"), [(2e-3, True), (10e-3, False)])
+def test_a_lag_that_the_bench_lacks_decides_the_verdict(
+    loop: Controller, short: DesignTest, lag: float, passes: bool
+) -> None:
+    """The loop has a modulus margin of 0.3 without the lag."""
+    late = Estimate(value=lag, low=0.9 * lag, high=lag, unit="s", source="identified")
+    model = replace(clutch_model(), late_position=late)
+    found = doubts_of(model, loop, with_model(short, model))
+    assert bool(found.notes) == passes
+    assert bool(found.reasons) != passes
+    assert doubts_of(model, loop, None).reasons
+    assert passes or "modulus margin is not met" in found.reasons[0]
+    (told,) = missing_effects(model)
+    assert f"{1e3 * lag:.3g} ms" in told
 
 
 def test_the_search_needs_a_slower_loop(loop: Controller, short: DesignTest) -> None:
