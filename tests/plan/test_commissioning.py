@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,8 @@ from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.excite.precise_strokes import PreciseTest, PrecisionRequest
 from frictool.identify.excite.stroke_candidates import stroke_candidates
 from frictool.identify.fit_result import Interval
-from frictool.identify.from_logs import IdentifiedModel, identify
+from frictool.identify.from_logs import IdentifiedModel
+from frictool.identify.from_logs import identify as identify_logs
 from frictool.identify.model_document import LARGEST_BREAKAWAY_RATIO, model_of
 from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log
@@ -85,6 +87,29 @@ def played(step: PlanStep, number: int) -> Log:
         forward=feedforward(BELT, test),
     )
     return replace(log, source=f"log_{number}.mcap")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def identified_once() -> Iterator[None]:
+    """Identify the same logs once for all tests."""
+    known: list[tuple[tuple[Log, ...], Bench, IdentifiedModel]] = []
+
+    def once(logs: Sequence[Log], bench: Bench, **options: Any) -> IdentifiedModel:
+        for others, other, outcome in known:
+            if other is bench and [*map(id, others)] == [*map(id, logs)]:
+                return outcome
+        outcome = identify_logs(logs, bench, **options)
+        known.append((tuple(logs), bench, outcome))
+        return outcome
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(commissioning, "identify", once)
+        yield
+
+
+def identify(logs: Sequence[Log], bench: Bench) -> IdentifiedModel:
+    outcome: IdentifiedModel = commissioning.identify(logs, bench)
+    return outcome
 
 
 @pytest.fixture(scope="module")
@@ -183,6 +208,7 @@ def test_intervals_that_no_test_narrows_are_named(
         return {name: HalfWidthSample((), ("too vague",)) for name in arguments[2]}
 
     monkeypatch.setattr(rehearsed_test, "rehearse", vague)
+    monkeypatch.setattr(rehearsed_test, "ROUNDS", 1)
     step = next_step(BELT, logs, exact_only)
     assert (step.name, step.exit_code, step.test) == ("impossible", EXIT_NO_SOLUTION, None)
     assert "no test narrows them" in step.why
@@ -472,7 +498,8 @@ def test_a_plan_says_at_which_temperature_its_vertices_hold(
 def test_a_test_without_a_known_travel_is_warned_of(tmp_path: Path) -> None:
     mechanics = structs.replace(BELT.mechanics, travel=None)
     bench, spec = tmp_path / "bench.yaml", tmp_path / "spec.yaml"
-    bench.write_text(to_yaml(structs.replace(BELT, mechanics=mechanics)))
+    slow = structs.replace(BELT, mechanics=mechanics, sample_period_s=0.01)
+    bench.write_text(to_yaml(slow))
     spec.write_text(SPEC)
     result = run("plan", bench, "--spec", spec, "-o", tmp_path / "test.mcap")
     assert result.code == 0, result.stderr
