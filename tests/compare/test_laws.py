@@ -20,22 +20,27 @@ from frictool.compare import (
 from frictool.compare.comparison import POINTS_PER_LEG
 from frictool.compare.comparison_setting import scaled_setting, table_3_1
 from frictool.compare.law_simulator import LawSimulator, setting_violations
+from frictool.compare.trajectory import LawTrajectory
 from frictool.friction.law_registry import LAWS
 
 TABLE = table_3_1()
 SIMULATOR = LawSimulator(TABLE)
 
 
+@cache
 def pulled(law: str) -> stick_slip_criterion.StickSlipResult:
     return stick_slip_criterion.measure(
         SIMULATOR.run(law, input_protocol.stick_slip(TABLE.scales), 60_001), TABLE.stribeck_velocity
     )
 
 
+@cache
+def drifting(law: str) -> LawTrajectory:
+    return SIMULATOR.run(law, input_protocol.drift(TABLE.scales), 20_401)
+
+
 def wandered(law: str) -> drift_criterion.DriftResult:
-    return drift_criterion.measure(
-        SIMULATOR.run(law, input_protocol.drift(TABLE.scales), 20_401), TABLE.presliding, 1.0
-    )
+    return drift_criterion.measure(drifting(law), TABLE.presliding, 1.0)
 
 
 def crept(law: str) -> presliding_criterion.PreslidingResult:
@@ -62,7 +67,12 @@ def test_the_event_exact_law_sticks_and_slips_as_derived() -> None:
 
 @pytest.mark.parametrize(
     ("law", "sticks", "period"),
-    [("lugre", 9, 6.395), ("hybrid_a", 9, 6.5124), ("karnopp", 9, 6.455), ("dahl", 1, None)],
+    [
+        ("lugre", 9, 6.395),
+        pytest.param("hybrid_a", 9, 6.5124, marks=pytest.mark.accept),
+        ("karnopp", 9, 6.455),
+        ("dahl", 1, None),
+    ],
 )
 def test_stick_slip(law: str, sticks: int, period: float | None) -> None:
     found = pulled(law)
@@ -179,9 +189,8 @@ def test_a_steady_slide_follows_the_curve_of_stribeck(law: str) -> None:
 @cache
 def properties(law: str) -> dict[str, str]:
     """Return the column of a law in table 2.1."""
-    run = SIMULATOR.run(law, input_protocol.drift(TABLE.scales), 20_401)
     compliance = SIMULATOR.creep(law, np.linspace(0.0, 1e-6, 3), 1e-6) is not None
-    return SIMULATOR.properties(law, compliance, run)
+    return SIMULATOR.properties(law, compliance, drifting(law))
 
 
 @pytest.mark.parametrize(
