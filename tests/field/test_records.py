@@ -77,7 +77,7 @@ def test_a_joint_whose_current_is_in_another_file(tmp_path: Path) -> None:
     log = tmp_path / "tx40.mcap"
     files = [data("field", "tx40", f"{name}_data.csv") for name in ("pos_read", "curr")]
     bench = BENCHES / "tx40_1.yaml"
-    run("ingest", *files, "--bench", bench, "--resample", "0.0002", "-o", log)
+    run("ingest", *files, "--bench", bench, "--resample", "0.001", "-o", log)
     facts = identified(log, bench="tx40_1.yaml")
     assert inside(facts, viscous=8.05, coulomb=7.14, offset=0.392)
 

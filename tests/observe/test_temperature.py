@@ -29,12 +29,19 @@ WEARS = (1.0, 1.2, 1.5)
 MEAN_ERROR = 0.02  # largest mean error of the wear under 30 to 80 degC
 
 
-@pytest.mark.parametrize("curved", [True, False])
-def test_the_temperature_is_taken_out_of_the_wear(curved: bool) -> None:
+@pytest.mark.parametrize(
+    ("curved", "axes"),
+    [
+        (True, 3),
+        (False, 3),
+        *(pytest.param(curved, 9, marks=pytest.mark.accept) for curved in (True, False)),
+    ],
+)
+def test_the_temperature_is_taken_out_of_the_wear(curved: bool, axes: int) -> None:
     """Viscous friction halves from 30 to 80 degC, by the law of the model or by a line."""
-    axes = warm_axes(range(500, 509), curved, changing, WEARS)
+    warm = warm_axes(range(500, 500 + axes), curved, changing, WEARS)
     with_channel, without = (
-        np.array([wear_of(warm_model(one), one, known).wear.value / one.truth.wear for one in axes])
+        np.array([wear_of(warm_model(one), one, known).wear.value / one.truth.wear for one in warm])
         for known in (True, False)
     )
     error = np.mean(np.abs(with_channel - 1.0))
@@ -54,14 +61,17 @@ def test_wear_at_other_temperatures_than_those_of_the_identification() -> None:
         assert judge(estimate, 1.1).exceeded == (wear > 1.1)
 
 
-def test_a_wrong_slope_is_in_the_interval() -> None:
+@pytest.mark.parametrize(
+    ("number", "least"), [(6, 4), pytest.param(20, 16, marks=pytest.mark.accept)]
+)
+def test_a_wrong_slope_is_in_the_interval(number: int, least: int) -> None:
     """The slope of the Coulomb friction is wrong by a random error; at 25 K it shifts the wear."""
     held = []
-    axes = warm_axes(range(40, 60), True, lambda _: [np.full(20_000, REFERENCE + 25.0)])
+    axes = warm_axes(range(40, 40 + number), True, lambda _: [np.full(20_000, REFERENCE + 25.0)])
     for seed, axis in enumerate(axes):
         estimate = wear_of(warm_model(axis, (0.0, 5e-4), seed), axis)
         held.append(estimate.wear.low <= 1.0 <= estimate.wear.high)
-    assert sum(held) >= 16  # fewer once in 400 draws at 95 %
+    assert sum(held) >= least  # fewer once in 400 draws at 95 %
     exact = wear_of(warm_model(axes[0]), axes[0]).wear
     wide = wear_of(warm_model(axes[0], (0.0, 5e-4)), axes[0]).wear
     assert wide.high - wide.value == pytest.approx(

@@ -88,16 +88,26 @@ def holds(found: EstimateRange | None, truth: float) -> bool:
     return found is not None and found.low <= truth <= found.high
 
 
-@pytest.mark.parametrize("loop", ["speed", "linear"])
+UNITS: list[tuple[Kind, Unit]] = [
+    ("none", Unit()),
+    ("multiplicative", Unit(wear=1.2)),
+    ("additive", Unit(added=0.03)),
+    ("directional", Unit(forward=1.2)),
+    ("directional", Unit(backward=1.3)),
+    ("zones", Unit(zone=1.3)),
+]
+
+
 @pytest.mark.parametrize(
-    ("kind", "unit"),
+    ("kind", "unit", "loop"),
     [
-        ("none", Unit()),
-        ("multiplicative", Unit(wear=1.2)),
-        ("additive", Unit(added=0.03)),
-        ("directional", Unit(forward=1.2)),
-        ("directional", Unit(backward=1.3)),
-        ("zones", Unit(zone=1.3)),
+        *((*one, "speed") for one in UNITS),
+        (*UNITS[1], "linear"),
+        *(
+            pytest.param(*one, "linear", marks=pytest.mark.accept)
+            for one in UNITS
+            if one[0] != "multiplicative"
+        ),
     ],
 )
 def test_each_kind_is_told_with_its_values(kind: Kind, unit: Unit, loop: Loop) -> None:
@@ -118,7 +128,7 @@ def test_each_kind_is_told_with_its_values(kind: Kind, unit: Unit, loop: Loop) -
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.accept) for seed in (2, 3))]
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.accept) for seed in (1, 2, 3))]
 )
 def test_wear_is_told_on_spread_plants_too(seed: int) -> None:
     units: dict[Kind, Unit] = {

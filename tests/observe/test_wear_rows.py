@@ -92,7 +92,7 @@ def layouts() -> list[WeakFormLayout]:
 
 
 @pytest.mark.parametrize("layout", layouts(), ids=["clutch", "gravity", "emps", "mass"])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.accept)])
 def test_moves_are_those_of_the_rows_written_out(layout: WeakFormLayout, seed: int) -> None:
     position, effort = stroked(layout, seed)
     found, plain = (

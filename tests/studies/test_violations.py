@@ -89,8 +89,12 @@ def test_each_family_is_identified_and_judged(family: str) -> None:
     assert all(np.isfinite(list(verdict.half.values())).all() for verdict in verdicts)
 
 
-def test_the_true_model_holds() -> None:
-    verdicts = [judge("quick", "true_model", number, "least-squares") for number in range(8)]
+@pytest.mark.parametrize(
+    ("records", "least"), [(4, 13), pytest.param(8, 28, marks=pytest.mark.accept)]
+)
+def test_the_true_model_holds(records: int, least: int) -> None:
+    """Fewer of the 95 % intervals than `least` hold by chance in 1 or 0.3 % of all draws."""
+    verdicts = [judge("quick", "true_model", number, "least-squares") for number in range(records)]
     hits = sum(sum(one.held.values()) for one in verdicts)
-    assert hits >= 28  # of 32; fewer come by chance once in 400 at 95 %
+    assert hits >= least
     assert not any(one.false_claims for one in verdicts)
