@@ -11,8 +11,8 @@ import numpy as np
 from frictool.typing import Vector
 
 COUNT = 2.0 * np.pi / 4096  # rad, one count of the servo's encoder
-STEP = 1e-4  # s, of the simulation
-LOOP = 10  # steps of a firmware period
+STEP = 2e-4  # s, of the simulation
+LOOP = 5  # steps of a firmware period
 PERIOD = 0.01  # s, of the log
 WEIGHT = 9.80665  # m/s^2
 
@@ -107,7 +107,7 @@ class ServoLogs:
         return paths
 
 
-def goals(seconds: float, swing: bool) -> tuple[Vector, Vector]:
+def goals(seconds: float) -> tuple[Vector, Vector]:
     """Goals (8, n) and torque (8, n): steps, sums of sines, chirps, a lift with a free swing."""
     t = np.arange(round(seconds / PERIOD)) * PERIOD
     step = np.where((t > 0.4) & (t < 0.6 * seconds), 1.4, 0.0)
@@ -116,21 +116,18 @@ def goals(seconds: float, swing: bool) -> tuple[Vector, Vector]:
     lift = -1.5 * np.sin(np.minimum(t / 2.0, 1.0) * np.pi / 2.0) ** 2
     every = np.array([step, sines, chirp, lift, 0.6 * step, -sines, -0.8 * chirp, 0.7 * lift])
     on = np.ones(every.shape)
-    if swing:
-        on[3::4, t > 2.2] = 0.0
+    on[3::4, t > 2.2] = 0.0
     return every, on
 
 
-def recorded(
-    servo: SmartServo, generator: np.random.Generator, swing: bool = True, seconds: float = 5.0
-) -> ServoLogs:
+def recorded(servo: SmartServo, generator: np.random.Generator, seconds: float = 3.5) -> ServoLogs:
     """The logs of eight moves with different gains, masses and lengths.
 
     Short steps of the mean speed; friction stops the axis within a step if it can. The firmware
     reads the counted position. The log states the goal at once, and the servo obeys it after the
     delay.
     """
-    goal, enabled = goals(seconds, swing)
+    goal, enabled = goals(seconds)
     gain = np.array([8.0, 16.0, 16.0, 24.0, 32.0, 12.0, 24.0, 8.0])
     mass = generator.choice([0.4, 0.6, 0.9], 8)
     length = generator.choice([0.1, 0.15], 8)

@@ -87,38 +87,38 @@ def used(fit: SlidingFit) -> list[str]:
     return [one.name for one in fit.explanations if one.state == "used"]
 
 
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.accept)])
 @pytest.mark.parametrize("kind", list(EFFECTS))
-def test_an_effect_is_not_taken_for_a_load(kind: Term) -> None:
-    for seed in (1, 2):
-        axis = loaded_axis(seed, "", known=False)
-        fit = run("auto", [needing(axis, EFFECTS[kind])], axis.bench, USUAL)
-        assert used(fit) == [kind]
-        assert not claims(fit)
-        for name in ("inertia", "viscous", "coulomb"):
-            assert fit.parameters[name].value == pytest.approx(axis.truth[name], rel=0.08), name
+def test_an_effect_is_not_taken_for_a_load(kind: Term, seed: int) -> None:
+    axis = loaded_axis(seed, "", known=False)
+    fit = run("auto", [needing(axis, EFFECTS[kind])], axis.bench, USUAL)
+    assert used(fit) == [kind]
+    assert not claims(fit)
+    for name in ("inertia", "viscous", "coulomb"):
+        assert fit.parameters[name].value == pytest.approx(axis.truth[name], rel=0.08), name
 
 
+@pytest.mark.parametrize("seed", [1, *(pytest.param(k, marks=pytest.mark.accept) for k in (2, 3))])
 @pytest.mark.parametrize("scale", [1.0, 5.0])
-def test_an_eccentric_encoder_is_not_gravity(scale: float) -> None:
+def test_an_eccentric_encoder_is_not_gravity(scale: float, seed: int) -> None:
     """Scaled, the same efforts move a fifth of the inertia over more than a turn.
 
     Over less than a turn other loads look alike, and the eccentricity is left in the residual.
     """
-    for seed in (1, 2, 3):
-        axis = loaded_axis(seed, "", known=False)
-        x, count = scale * axis.record.position, scale * COUNT
-        assert (np.ptp(x) > 2.0 * math.pi) == (scale > 1.0)
-        read = np.floor((x + 0.05 * np.sin(x + 1.0)) / count) * count
-        record = replace(axis.record, position=read, resolution=count)
-        fit = run("auto", [record], axis.bench, USUAL)
-        assert not claims(fit)
-        if scale > 1.0:
-            assert used(fit) == ["eccentricity"]
-            inertia = axis.truth["inertia"] / scale
-            assert fit.parameters["inertia"].value == pytest.approx(inertia, rel=0.02)
-        else:
-            assert "eccentricity" not in used(fit)
-            assert any("eccentric" in " ".join((one.what, *one.rivals)) for one in fit.explanations)
+    axis = loaded_axis(seed, "", known=False)
+    x, count = scale * axis.record.position, scale * COUNT
+    assert (np.ptp(x) > 2.0 * math.pi) == (scale > 1.0)
+    read = np.floor((x + 0.05 * np.sin(x + 1.0)) / count) * count
+    record = replace(axis.record, position=read, resolution=count)
+    fit = run("auto", [record], axis.bench, USUAL)
+    assert not claims(fit)
+    if scale > 1.0:
+        assert used(fit) == ["eccentricity"]
+        inertia = axis.truth["inertia"] / scale
+        assert fit.parameters["inertia"].value == pytest.approx(inertia, rel=0.02)
+    else:
+        assert "eccentricity" not in used(fit)
+        assert any("eccentric" in " ".join((one.what, *one.rivals)) for one in fit.explanations)
 
 
 def swinging(seed: int, cycles: int) -> tuple[Loaded, dict[str, float]]:
@@ -138,11 +138,16 @@ def swinging(seed: int, cycles: int) -> tuple[Loaded, dict[str, float]]:
     return Loaded({}, log, rotary_bench(None)), truth
 
 
-@pytest.mark.parametrize("cycles", [pytest.param(2, marks=pytest.mark.accept), 3])
-def test_a_ripple_of_about_one_period_in_the_travel_is_not_a_spring(cycles: int) -> None:
+@pytest.mark.parametrize(
+    ("cycles", "axes", "least"),
+    [(3, 2, 3), *(pytest.param(k, 6, 10, marks=pytest.mark.accept) for k in (2, 3))],
+)
+def test_a_ripple_of_about_one_period_in_the_travel_is_not_a_spring(
+    cycles: int, axes: int, least: int
+) -> None:
     """Without this ripple, a spring and a shorter ripple take its place, and gravity is wrong."""
     held = []
-    for seed in range(6):
+    for seed in range(axes):
         axis, truth = swinging(seed, cycles)
         fit = run("auto", [axis.record], axis.bench, USUAL)
         assert claims(fit) == {"gravity", "ripple"}
@@ -156,7 +161,7 @@ def test_a_ripple_of_about_one_period_in_the_travel_is_not_a_spring(cycles: int)
         for found, true in ((gravity.sine, truth["a"]), (gravity.cosine, truth["b"])):
             low, high = found.interval
             held.append(low <= true <= high)
-    assert sum(held) >= 10
+    assert sum(held) >= least
 
 
 def pulled(seed: int, stiffness: float, bench: Bench) -> MotionRecord:
@@ -172,7 +177,7 @@ def pulled(seed: int, stiffness: float, bench: Bench) -> MotionRecord:
     return make_record("log", time, np.floor(x / COUNT) * COUNT, effort, COUNT, 0.0)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.accept) for k in (1, 2))])
 def test_a_spring_of_negative_stiffness_is_reported_and_not_used(seed: int) -> None:
     """An axis that a controller holds at an unstable equilibrium needs less effort further out."""
     bench = linear_bench()
@@ -236,8 +241,17 @@ def test_friction_under_the_inertial_load_only_adds_to_the_effort(share: float) 
     assert search.rows(()).visible(friction, ()) is (share > 0.0)
 
 
-@pytest.mark.parametrize("late", [0, 1])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    ("seed", "late"),
+    [
+        (1, 0),
+        (3, 1),
+        *(
+            pytest.param(*one, marks=pytest.mark.accept)
+            for one in ((0, 0), (0, 1), (1, 1), (2, 0), (2, 1), (3, 0))
+        ),
+    ],
+)
 def test_a_current_of_two_levels_is_not_explained_by_friction_under_the_inertial_load(
     tmp_path: Path, seed: int, late: int
 ) -> None:
@@ -292,14 +306,15 @@ def test_harmonics_of_a_ripple_are_found_one_by_one() -> None:
     assert played == pytest.approx(expected)
 
 
-def test_plain_axes_are_left_alone() -> None:
-    """Of 30 axes, a rate of 2 % has more than 3 false alarms once in 300 draws."""
+@pytest.mark.parametrize(("axes", "most"), [(8, 1), pytest.param(30, 3, marks=pytest.mark.accept)])
+def test_plain_axes_are_left_alone(axes: int, most: int) -> None:
+    """A rate of 2 % has more false alarms than `most` once in 100 or 300 draws."""
     false = 0
-    for seed in range(30):
+    for seed in range(axes):
         axis = loaded_axis(seed, "", known=False)
         load, explanations = search_explanations([axis.record], axis.bench, USUAL)
         false += load is not None or any(one.state == "left" for one in explanations)
-    assert false <= 3
+    assert false <= most
 
 
 def test_what_a_declared_bench_leaves_is_named() -> None:

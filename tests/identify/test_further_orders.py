@@ -46,10 +46,15 @@ def record(seed: int, noise: float = 2e-3) -> MotionRecord:
     return make_record("log", time, position, effort, resolution=1e-5, lag=1.0)
 
 
-def test_the_intervals_hold_over_random_friction_of_further_orders(bench: Bench) -> None:
+@pytest.mark.parametrize(
+    ("logs", "most", "least"), [(8, 5, 7), pytest.param(20, 12, 18, marks=pytest.mark.accept)]
+)
+def test_the_intervals_hold_over_random_friction_of_further_orders(
+    bench: Bench, logs: int, most: int, least: int
+) -> None:
     settings = IdentificationSettings()
     plain, wide = 0, 0
-    for seed in range(20):
+    for seed in range(logs):
         log = record(seed)
         fit = least_squares([log], bench, settings)
         result = widened(fit, [log], bench, settings.confidence).fit
@@ -57,22 +62,27 @@ def test_the_intervals_hold_over_random_friction_of_further_orders(bench: Bench)
         plain += one.low <= VISCOUS <= one.high
         wide += other.low <= VISCOUS <= other.high
         assert other.half_width < VISCOUS
-    assert plain <= 12
-    assert wide >= 18
+    assert plain <= most
+    assert wide >= least
 
 
-def test_an_order_that_the_log_does_not_determine_is_left_out(bench: Bench) -> None:
+@pytest.mark.parametrize(
+    ("logs", "dropped", "least"), [(8, 4, 7), pytest.param(20, 10, 18, marks=pytest.mark.accept)]
+)
+def test_an_order_that_the_log_does_not_determine_is_left_out(
+    bench: Bench, logs: int, dropped: int, least: int
+) -> None:
     """Over equal strokes, s P_2 resembles viscous friction, so that noise hides s P_2."""
     settings = IdentificationSettings()
     left_out, held = 0, 0
-    for seed in range(20):
+    for seed in range(logs):
         log = record(seed, noise=0.3)
         fit = least_squares([log], bench, settings)
         result = widened(fit, [log], bench, settings.confidence).fit
         left_out += "friction_over_position_2" in fit.dropped
         held += result.parameters["viscous"].low <= VISCOUS <= result.parameters["viscous"].high
-    assert left_out >= 10
-    assert held >= 18
+    assert left_out >= dropped
+    assert held >= least
 
 
 def test_a_fit_without_friction_over_position_has_no_further_orders() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from frictool.identify.effect_regression import effect_regression
 from frictool.identify.estimators.least_squares import least_squares
@@ -47,14 +48,17 @@ def inertias(log: MotionRecord) -> tuple[Interval, Interval]:
     return fit.parameters["inertia"], wide.parameters["inertia"]
 
 
-def test_the_inertia_holds_below_a_resonance() -> None:
+@pytest.mark.parametrize(
+    ("logs", "most", "least"), [(6, 1, 5), pytest.param(20, 2, 18, marks=pytest.mark.accept)]
+)
+def test_the_inertia_holds_below_a_resonance(logs: int, most: int, least: int) -> None:
     plain, held = 0, 0
-    for seed in range(20):
+    for seed in range(logs):
         one, wide = inertias(record(seed, 25.0))
         plain += one.low <= INERTIA <= one.high
         held += wide.low <= INERTIA <= wide.high
-    assert plain <= 2
-    assert held >= 18
+    assert plain <= most
+    assert held >= least
 
 
 def test_a_rigid_axis_shows_no_resonance() -> None:

@@ -71,7 +71,10 @@ def identified(record: MotionRecord, bench: Bench) -> Identification:
     return identify_records([record], [], bench, "auto", SETTINGS)
 
 
-@pytest.mark.parametrize(("seed", "knot", "jump"), [(1, 0.3, 12.0), (2, 1.1, -6.0)])
+@pytest.mark.parametrize(
+    ("seed", "knot", "jump"),
+    [(2, 1.1, -6.0), pytest.param(1, 0.3, 12.0, marks=pytest.mark.accept)],
+)
 def test_the_model_holds_on_the_larger_side_of_a_jump(seed: int, knot: float, jump: float) -> None:
     """Position and size of the jump are named; no gravity or ripple replaces the jump."""
     result = identified(recorded(seed, limp_home(knot, jump)), rotary_bench(None))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load
@@ -21,21 +22,19 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
 from studies.command_line import run
 from studies.rigs.identification_rigs import CLUTCH, clutch, record
-from studies.rigs.sample_logs import PERIOD, TRUTH, sines
+from studies.rigs.sample_logs import PERIOD, TRUTH, Recording, sines
 from tests.support.identification_statistics import FINE_STEP
 
 
 def currents(
     lag: float, seed: int, samples: int = 6000, noise: float = 0.1
 ) -> tuple[Vector, Vector]:
-    """A commanded current of steps and its measured current, sample by sample (the plain
-    recursion)."""
+    """A commanded current of steps and its measured current, which follows with a lag."""
     generator = np.random.default_rng([seed, 41])
     command = np.repeat(generator.uniform(-20.0, 20.0, samples // 50 + 1), 50)[:samples]
-    measured, i = np.empty(samples), command[0]
-    for k in range(samples):
-        measured[k] = i
-        i += (1.0 - np.exp(-PERIOD / lag)) * (command[k] - i)
+    kept = np.exp(-PERIOD / lag)
+    before = np.concatenate((command[:1], command[:-1]))
+    measured, _ = lfilter([1.0 - kept], [1.0, -kept], before, zi=[kept * command[0]])
     return command, 0.97 * measured + 0.05 + noise * generator.standard_normal(samples)
 
 
@@ -48,12 +47,16 @@ def test_the_loops_lag_comes_back(lag: float, seed: int) -> None:
     assert found.half_width < 0.1 * lag
 
 
-def test_the_interval_of_the_lag_covers() -> None:
+@pytest.mark.parametrize(
+    ("records", "least"), [(20, 15), pytest.param(60, 51, marks=pytest.mark.accept)]
+)
+def test_the_interval_of_the_lag_covers(records: int, least: int) -> None:
+    """At 95 %, fewer hits than `least` have a probability of 0.03 or 0.1 %."""
     hits = [
         interval.low <= 0.003 <= interval.high
-        for interval in (loop_lag(*currents(0.003, seed), PERIOD, 0.95) for seed in range(60))
+        for interval in (loop_lag(*currents(0.003, seed), PERIOD, 0.95) for seed in range(records))
     ]
-    assert sum(hits) >= 51  # binomial at 95 %, fewer once in a thousand
+    assert sum(hits) >= least
 
 
 def test_what_does_not_tell_a_lag_is_refused() -> None:
@@ -74,8 +77,16 @@ def test_what_does_not_tell_a_lag_is_refused() -> None:
         )
 
 
-@settings(max_examples=2, deadline=None)
-@given(st.floats(1.0, 4.0), st.floats(-2e-3, 2e-3), st.integers(0, 1000))
+@pytest.mark.parametrize(
+    ("width", "delay", "seed"),
+    [
+        (2.5, 1.6e-3, 1),
+        *(
+            pytest.param(*one, marks=pytest.mark.accept)
+            for one in ((1.0, 0.0, 0), (4.0, -2e-3, 2), (1.5, 2e-3, 3))
+        ),
+    ],
+)
 def test_backlash_and_delay_come_back(width: float, delay: float, seed: int) -> None:
     """Encoder of 4096 points; the drive is logged `delay` late."""
     truth = TRUTH._replace(encoder_step=FINE_STEP, backlash=width)
@@ -124,7 +135,7 @@ def spring_of_throttle(position: Vector) -> Vector:
     return 0.05 + 0.3 * position / 63.0
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.accept) for k in (1, 2))])
 def test_a_return_spring_is_no_backlash(seed: int) -> None:
     """The drive also holds the spring along the same motion."""
     tight = TRUTH._replace(encoder_step=FINE_STEP, backlash=0.0)
@@ -137,7 +148,7 @@ def test_a_return_spring_is_no_backlash(seed: int) -> None:
     assert abs(late.value) < 1e-3
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.accept) for k in (1, 2))])
 def test_a_backlash_is_measured_under_a_return_spring(seed: int) -> None:
     truth = TRUTH._replace(encoder_step=FINE_STEP, backlash=2.0)
     log = record(sines(seed, truth), truth)
@@ -149,8 +160,17 @@ def test_a_backlash_is_measured_under_a_return_spring(seed: int) -> None:
     assert gap.half_width < 0.3
 
 
-@pytest.mark.parametrize("distance", [1.0, 4.0])
-@pytest.mark.parametrize("shape", ["presliding", "elastic"])
+@pytest.mark.parametrize(
+    ("shape", "distance"),
+    [
+        ("presliding", 1.0),
+        ("elastic", 4.0),
+        *(
+            pytest.param(*one, marks=pytest.mark.accept)
+            for one in (("presliding", 4.0), ("elastic", 1.0))
+        ),
+    ],
+)
 def test_a_gradual_rise_is_no_backlash(shape: str, distance: float) -> None:
     """After a reversal, friction rises from -C to C over some distance: exponentially with
     presliding (Dahl), linearly while a soft shaft winds up. Half of the friction rises so."""
@@ -172,7 +192,7 @@ def test_the_command_measures_the_bench(tmp_path: Path) -> None:
     text = CLUTCH.read_text().replace("counts_per_revolution: 56 ", "counts_per_revolution: 4096 ")
     bench.write_text(text.rstrip("\n") + "\n  current_command: {column: command, unit: A}\n")
     truth = TRUTH._replace(encoder_step=FINE_STEP)
-    made = sines(3, truth)
+    made = Recording(*(column[-12_000:] for column in sines(3, truth)))
     command = currents(truth.lag, 3, made.time.size)[0]
     rows = [
         f"{t:.3f},{n},{i:.6f},{c:.6f}"

@@ -77,8 +77,12 @@ def unmade(result: CommandResult, target: Path) -> None:
     ("method", "column"),
     [
         ("auto", ENCODER),
+        ("least-squares", ENCODER),
         pytest.param("auto", CURRENT, marks=pytest.mark.accept),
-        *((method, ENCODER) for method in ("least-squares", "sines", "weak", "ordinary")),
+        *(
+            pytest.param(method, ENCODER, marks=pytest.mark.accept)
+            for method in ("sines", "weak", "ordinary")
+        ),
     ],
 )
 def test_a_negated_log_is_no_solution(tmp_path: Path, column: int, method: str) -> None:
@@ -107,7 +111,9 @@ def test_a_negated_ramp_is_no_solution(tmp_path: Path, options: tuple[str, ...])
 def test_one_negated_log_of_two_is_named(tmp_path: Path) -> None:
     target = tmp_path / "model.yaml"
     wrong = negated(tmp_path, "sines.csv", ENCODER)
-    result = run("identify", wrong, SAMPLES / "ramp.csv", "--bench", CLUTCH, "-o", target)
+    ramps = tmp_path / "ramp.csv"
+    ramps.write_text(first_part("ramp.csv"))
+    result = run("identify", wrong, ramps, "--bench", CLUTCH, "-o", target)
     unmade(result, target)
     assert "negated_sines.csv: position and drive" in result.stderr
 
@@ -163,7 +169,13 @@ def requested(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, f
     return parameters
 
 
-@pytest.mark.parametrize("kind", list(POSITIONS))
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, marks=pytest.mark.accept) if kind == "degrees" else kind
+        for kind in POSITIONS
+    ],
+)
 def test_the_bench_that_the_message_asks_for_mends_it(
     tmp_path: Path, kind: str, requested: dict[str, dict[str, float]]
 ) -> None:
@@ -304,7 +316,17 @@ SLOW = {
 }  # of their own kinds of log, or slow
 
 
-@pytest.mark.parametrize("method", [name for name in METHODS if name not in SLOW])
+QUICK = ("auto", "least-squares", "weak", "sines")
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        name if name in QUICK else pytest.param(name, marks=pytest.mark.accept)
+        for name in METHODS
+        if name not in SLOW
+    ],
+)
 def test_a_fine_encoder_is_judged_as_a_coarse_one(method: str) -> None:
     _, log = linear_axis(3)
     with pytest.raises(NothingIdentified, match="opposite signs") as raised:

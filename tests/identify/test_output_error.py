@@ -134,15 +134,16 @@ def test_a_richer_structure_has_to_beat_chance_and_be_worth_it() -> None:
     )  # a large one by chance
 
 
-def test_the_intervals_of_the_open_loop_hold_the_truth() -> None:
+@pytest.mark.parametrize(("logs", "least"), [(1, 3), pytest.param(4, 14, marks=pytest.mark.accept)])
+def test_the_intervals_of_the_open_loop_hold_the_truth(logs: int, least: int) -> None:
     hits = []
-    for seed in range(4):
+    for seed in range(logs):
         truth, record = linear_axis(seed)
         found = simulation_error(
             [record], linear_bench(), IdentificationSettings(0.95), ()
         ).parameters
         hits += [found[name].low <= getattr(truth, name) <= found[name].high for name in SLIDING]
-    assert sum(hits) >= len(hits) - 2
+    assert sum(hits) >= least
 
 
 def test_the_closed_loop_meets_table_4_1(tmp_path: Path) -> None:
@@ -185,10 +186,13 @@ def test_emps_simulates_itself() -> None:
     assert 1e3 * np.sqrt(np.mean(error**2)) < 2.8
 
 
-def test_auto_keeps_the_regression_where_the_simulation_contradicts_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("logs", [2, pytest.param(6, marks=pytest.mark.accept)])
+def test_auto_keeps_the_regression_where_the_simulation_contradicts_it(
+    tmp_path: Path, logs: int
+) -> None:
     """Table 4.1's mass has a breakaway that its bench does not know: the simulated position
     remembers each stick."""
-    bench, seeds = mass_bench(tmp_path), range(200, 206)
+    bench, seeds = mass_bench(tmp_path), range(200, 200 + logs)
     fits = [run("auto", [mass_sine(seed)], bench, IdentificationSettings()) for seed in seeds]
     errors = [fit.parameters["viscous"].value / MASS.viscous - 1.0 for fit in fits]
     assert {fit.method for fit in fits} == {"least-squares"}

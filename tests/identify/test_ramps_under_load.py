@@ -61,7 +61,7 @@ def ramps_of(
     )
     axis = axis if laws is None else axis._replace(laws=laws)
     ramps = ramps or Ramps(strength, 400, 2e-3 * strength, span=0.6)
-    position, effort = play(axis, ramps, 120_000, seed, load)
+    position, effort = play(axis, ramps, 80_000, seed, load)
     time = np.arange(position.size) * PERIOD
     return make_record("ramps", time, position, effort, COUNT, 0.0)
 
@@ -82,7 +82,7 @@ def heavy(seed: int) -> tuple[Loaded, MotionRecord]:
     return axis, ramps_of(axis.truth, gravity_of(axis))
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [2, pytest.param(1, marks=pytest.mark.accept)])
 def test_ramps_alone_separate_a_declared_gravity_from_the_breakaway(seed: int) -> None:
     axis, ramps = heavy(seed)
     truth = RATIO * axis.truth["coulomb"]
@@ -92,7 +92,7 @@ def test_ramps_alone_separate_a_declared_gravity_from_the_breakaway(seed: int) -
 
 
 def test_an_undeclared_gravity_is_a_doubt_about_the_breakaway() -> None:
-    axis, ramps = heavy(1)
+    axis, ramps = heavy(2)
     found = identify([ramps], axis.bench)
     assert "load" in found.doubts["breakaway"]
     assert found.doubts["breakaway"] in found.warnings
@@ -130,7 +130,7 @@ def test_ramps_whose_breakaway_varies_leave_the_gravity_of_a_sliding_log(seed: i
     assert not any("breakaway" in warning for warning in found.warnings)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [2, pytest.param(1, marks=pytest.mark.accept)])
 def test_ramps_in_one_direction_need_the_largest_load(seed: int) -> None:
     axis, ramps = heavy(seed)
     turn = slice(0, int(np.argmax(ramps.position > 0.6)))
@@ -188,9 +188,18 @@ def rippled(seed: int, number: float) -> tuple[Loaded, PositionLoad, float]:
 
 
 @pytest.mark.parametrize(
-    "seed", [1, *(pytest.param(seed, marks=pytest.mark.accept) for seed in (4, 5))]
+    ("number", "seed"),
+    [
+        (160.0, 1),
+        (500.0, 1),
+        *(
+            pytest.param(number, seed, marks=pytest.mark.accept)
+            for number in (60.0, 160.0, 300.0, 500.0)
+            for seed in (1, 4, 5)
+            if (number, seed) not in ((160.0, 1), (500.0, 1))
+        ),
+    ],
 )
-@pytest.mark.parametrize("number", [60.0, 160.0, 300.0, 500.0])
 def test_a_ripple_is_in_the_model_or_missing(seed: int, number: float) -> None:
     """Smoothing windows may hide a ripple from the model, but not from the search."""
     axis, _, amplitude = rippled(seed, number)
@@ -203,7 +212,7 @@ def test_a_ripple_is_in_the_model_or_missing(seed: int, number: float) -> None:
         assert one.amplitude == pytest.approx(amplitude, rel=0.2)
 
 
-@pytest.mark.parametrize("seed", [1, 4])
+@pytest.mark.parametrize("seed", [1, pytest.param(4, marks=pytest.mark.accept)])
 def test_a_ripple_that_the_windows_hide_widens_the_interval_of_local_ramps(seed: int) -> None:
     """Ramps within a quarter of a period all begin at about the same phase of the ripple."""
     axis, ripple, amplitude = rippled(seed, 500.0)
@@ -215,11 +224,13 @@ def test_a_ripple_that_the_windows_hide_widens_the_interval_of_local_ramps(seed:
     assert one.half_width > 0.8 * amplitude
 
 
-def test_no_ripple_is_missing_where_none_acts() -> None:
-    for seed in (1, 2, 3, 4):
-        axis = loaded_axis(seed, "", known=False)
-        fit = run(DEFAULT, [axis.record], axis.bench, USUAL)
-        assert missing_ripples(fit, [axis.record], axis.bench, USUAL) == ()
+@pytest.mark.parametrize(
+    "seed", [1, *(pytest.param(seed, marks=pytest.mark.accept) for seed in (2, 3, 4))]
+)
+def test_no_ripple_is_missing_where_none_acts(seed: int) -> None:
+    axis = loaded_axis(seed, "", known=False)
+    fit = run(DEFAULT, [axis.record], axis.bench, USUAL)
+    assert missing_ripples(fit, [axis.record], axis.bench, USUAL) == ()
 
 
 @pytest.mark.parametrize(

@@ -57,29 +57,32 @@ def test_the_simulator_has_the_steady_speed_and_the_stop_of_its_equation() -> No
 @pytest.mark.parametrize(
     ("histories", "curved"), [(warming_up, True), (warming_up, False), (cold_and_hot, True)]
 )
-def test_friction_over_temperature_is_that_of_the_axis(histories: Histories, curved: bool) -> None:
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.accept)])
+def test_friction_over_temperature_is_that_of_the_axis(
+    histories: Histories, curved: bool, seed: int
+) -> None:
     """Viscous friction halves from 30 to 80 degC; the curve is within 1.5 % at both ends."""
-    for axis in warm_axes([1, 2], curved, histories):
-        result, law = identified(axis)
-        assert [one.name for one in result.fit.explanations] == ["temperature"]
-        at = law.reference.value
-        for name in ("viscous", "coulomb"):
-            interval, true = result.identified[name], getattr(axis.truth, name)
-            assert interval.value == pytest.approx(true(at), rel=0.01)
-            for end in (law.over.low, law.over.high):
-                factors = dict(
-                    zip(
-                        ("viscous", "coulomb"),
-                        temperature_factors(law, np.array([end])),
-                        strict=True,
-                    )
+    (axis,) = warm_axes([seed], curved, histories)
+    result, law = identified(axis)
+    assert [one.name for one in result.fit.explanations] == ["temperature"]
+    at = law.reference.value
+    for name in ("viscous", "coulomb"):
+        interval, true = result.identified[name], getattr(axis.truth, name)
+        assert interval.value == pytest.approx(true(at), rel=0.01)
+        for end in (law.over.low, law.over.high):
+            factors = dict(
+                zip(
+                    ("viscous", "coulomb"),
+                    temperature_factors(law, np.array([end])),
+                    strict=True,
                 )
-                assert factors[name] * interval.value == pytest.approx(true(end), rel=0.015)
-        assert result.fit.force_error < 0.01
+            )
+            assert factors[name] * interval.value == pytest.approx(true(end), rel=0.015)
+    assert result.fit.force_error < 0.01
 
 
 @pytest.mark.parametrize(
-    ("count", "least"), [(2, 12), pytest.param(6, 41, marks=pytest.mark.accept)]
+    ("count", "least"), [(1, 6), pytest.param(6, 41, marks=pytest.mark.accept)]
 )
 def test_intervals_of_friction_and_its_change_contain_the_true_values(
     count: int, least: int

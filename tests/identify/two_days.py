@@ -14,7 +14,7 @@ from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.typing import Vector
 
-PERIOD, SAMPLES, STEP, NOISE = 1e-3, 24_000, 5e-8, 1.0  # s, m, N
+PERIOD, SAMPLES, STEP, NOISE = 1e-3, 20_000, 5e-8, 1.0  # s, m, N
 CONSTANT = 35.15065  # N/V
 INERTIA = 95.0  # kg
 STROKE, MOVES = 2.1, 0.87  # s, and the share of it in which the reference moves

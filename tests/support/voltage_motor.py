@@ -13,7 +13,7 @@ from frictool.documents.quantity import Quantity
 from frictool.typing import Vector
 
 PERIOD = 2e-3  # s, of the rows
-SUBSTEPS = 20  # steps of the simulation in a period
+SUBSTEPS = 10  # steps of the simulation in a period
 COUNT = 2.0 * np.pi / 40_000  # rad
 
 
