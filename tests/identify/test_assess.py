@@ -93,12 +93,12 @@ def test_the_step_that_would_do_is_the_coarsest() -> None:
 
 
 def test_what_is_promised_is_identified() -> None:
-    """A seeded few of the accept check's 200 records: all errors within 1.5 times a 95 % interval,
-    and no parameter refused."""
+    """One of the accept check's 200 records: all errors within 1.5 times a 95 % interval, and no
+    parameter refused."""
     limits = [promised()[name]["precision"] for name in ("inertia", "viscous", "coulomb")]
-    errors, held = outcomes(2)
+    errors, held = outcomes(1)
     assert np.all(np.abs(errors) < 1.5 * np.array(limits))
-    assert held.sum() >= 4  # of 6; fewer would come twice in a thousand runs
+    assert held.sum() >= 2  # of 3; fewer would come seven times in a thousand runs
 
 
 def test_json_has_a_row_per_parameter() -> None:

@@ -155,7 +155,7 @@ def test_one_coast_down_separates_no_offset(tmp_path: Path) -> None:
 
 def test_coast_downs_beside_a_driven_log_use_its_inertia(tmp_path: Path) -> None:
     """A driven log gives the inertia, and the coast-downs sharpen the friction."""
-    time = np.arange(10_000) * PERIOD
+    time = np.arange(6_000) * PERIOD
     command = 0.2 * np.sin(9.0 * time) + 0.12 * np.sin(5.1 * time)
     position, effort = play(ARM, command)
     log = write_log(tmp_path / "driven.csv", position, effort + noise(effort.size, 9))

@@ -125,10 +125,17 @@ def test_servo_motions_are_kept(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "period"),
-    [("gravity_compensation", 0.001), ("pd__1nm_torque_limited_swingup_failure", 0.005)],
+    ("name", "period", "method"),
+    [
+        ("gravity_compensation", 0.001, "least-squares"),
+        ("pd__1nm_torque_limited_swingup_failure", 0.005, "auto"),
+        pytest.param("gravity_compensation", 0.001, "auto", marks=pytest.mark.accept),
+        pytest.param(
+            *("pd__1nm_torque_limited_swingup_failure", 0.005, "least-squares"),
+            marks=pytest.mark.accept,
+        ),
+    ],
 )
-@pytest.mark.parametrize("method", ["auto", "least-squares"])
 def test_measured_pendulum_logs_of_a_held_torque_are_refused(
     tmp_path: Path, name: str, period: float, method: str
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,7 @@ def log_of(source: MotionRecord, bench: Bench) -> Log:
 
 def drive_off() -> MotionRecord:
     """Return the motion of a test whose current was measured with the amplifier off."""
-    one = record(sines(1))
+    one = record(sines(1)).part(slice(0, 8_000))
     noise = 1e-4 * np.random.default_rng(2).standard_normal(one.effort.size)
     return replace(one, effort=noise)
 
@@ -56,6 +57,13 @@ LOGS = {
 }
 
 
+@cache
+def offered_for(name: str) -> dict[str, str | None]:
+    """Return for each method why a log does not suit it, or None."""
+    methods: dict[str, str | None] = info(log_of(LOGS[name](), clutch()), clutch()).facts["methods"]
+    return methods
+
+
 SHORT = ("steps", "drive off")  # the other logs take longer
 
 
@@ -66,7 +74,7 @@ SHORT = ("steps", "drive off")  # the other logs take longer
 def test_a_method_is_offered_if_identify_accepts_the_log(name: str) -> None:
     bench = clutch()
     log = log_of(LOGS[name](), bench)
-    offered = info(log, bench).facts["methods"]
+    offered = offered_for(name)
     for method in METHODS:
         try:
             identify([log], bench, IdentificationRequest(method))
@@ -79,8 +87,7 @@ def test_a_method_is_offered_if_identify_accepts_the_log(name: str) -> None:
 
 
 def test_a_log_whose_drive_was_off_is_offered_no_method_and_told_why() -> None:
-    bench = clutch()
-    methods = info(log_of(drive_off(), bench), bench).facts["methods"]
+    methods = offered_for("drive off")
     assert all("the drive was off" in str(methods[name]) for name in ("auto", "least-squares"))
 
 

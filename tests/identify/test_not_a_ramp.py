@@ -11,6 +11,7 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
+from frictool.identify import method_trials
 from frictool.identify.breakaway.onset_detection import find_onsets, is_ramp, why_unusable
 from frictool.identify.motion_record import make_record
 from frictool.logs.quality.ramps import are_ramps, rests_of
@@ -49,6 +50,12 @@ def ramps(arm: Arm, rounds: int, seconds: float = 0.5) -> np.ndarray:
 
 def noisy(effort: np.ndarray, seed: int) -> np.ndarray:
     return effort + 0.005 * np.random.default_rng(seed).standard_normal(effort.size)
+
+
+@pytest.fixture(autouse=True)
+def untried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Survey without a trial of the methods, on which the kind of test does not depend."""
+    monkeypatch.setattr(method_trials, "tried_methods", lambda log, bench, reasons: reasons)
 
 
 @pytest.mark.parametrize("name", list(MOTIONS))

@@ -83,7 +83,7 @@ def test_a_controllers_own_output() -> None:
 def test_a_measured_effort_on_a_fine_encoder_is_not_its_own_output() -> None:
     truth, axis = linear_axis(2)
     found = identify_records(
-        [axis], [], linear_bench(), DEFAULT, IdentificationSettings()
+        [axis], [], linear_bench(), "least-squares", IdentificationSettings()
     ).identified["coulomb"]
     assert found.low <= truth.coulomb <= found.high
 

@@ -99,8 +99,20 @@ def moved(
     return make_record("log", PERIOD * np.arange(goal.size), measured, efforts, COUNT, 0.0)
 
 
-@pytest.mark.parametrize("frequency", FREQUENCIES)
-@pytest.mark.parametrize("damping", [0.01, 0.04])
+@pytest.mark.parametrize(
+    ("frequency", "damping"),
+    [
+        (8.0, 0.01),
+        (21.0, 0.04),
+        (55.0, 0.01),
+        *(
+            pytest.param(frequency, damping, marks=pytest.mark.accept)
+            for frequency in FREQUENCIES
+            for damping in (0.01, 0.04)
+            if (frequency, damping) not in ((8.0, 0.01), (21.0, 0.04), (55.0, 0.01))
+        ),
+    ],
+)
 def test_the_frequency_is_that_of_the_load_on_a_motor_at_rest(
     frequency: float, damping: float
 ) -> None:
@@ -113,7 +125,13 @@ def test_the_frequency_is_that_of_the_load_on_a_motor_at_rest(
     assert found.damping == pytest.approx(damping, rel=0.05)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize(
+    "seed",
+    [
+        seed if seed in (0, 4, 9) else pytest.param(seed, marks=pytest.mark.accept)
+        for seed in range(10)
+    ],
+)
 def test_a_rigid_axis_does_not_ring(seed: int) -> None:
     """Pulses, and a speed loop between much and no phase margin."""
     assert ringing([moved(seed, math.inf)], model()) is None

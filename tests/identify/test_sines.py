@@ -51,10 +51,15 @@ def test_the_clutch_of_the_sample_logs() -> None:
     assert fit.details["knees"] == 0
 
 
-def test_knees_false_and_true() -> None:
+def test_plain_clutches_have_no_knee() -> None:
     """A seeded few of the accept check's: with the bench's inertia six plain clutches in ten used
     to show a knee."""
     assert false_knees(3) == 0
+
+
+@pytest.mark.accept
+def test_a_knee_is_found() -> None:
+    """tests/identify/test_friction_map.py finds the knee of another log."""
     assert true_knees(1)[0] == 1
 
 
