@@ -19,6 +19,7 @@ from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.measurement.loop_lag import loop_lag
 from frictool.identify.measurement.reversals import reversals
 from frictool.identify.rows.strokes import find_strokes
+from frictool.plant.axis import AxisParameters
 from frictool.typing import Vector
 from studies.command_line import run
 from studies.rigs.identification_rigs import CLUTCH, clutch, record
@@ -36,6 +37,11 @@ def currents(
     before = np.concatenate((command[:1], command[:-1]))
     measured, _ = lfilter([1.0 - kept], [1.0, -kept], before, zi=[kept * command[0]])
     return command, 0.97 * measured + 0.05 + noise * generator.standard_normal(samples)
+
+
+def fast_strokes(seed: int, truth: AxisParameters) -> Recording:
+    """Return the last 12 s of half sines, which are the fastest."""
+    return Recording(*(column[-12_000:] for column in sines(seed, truth)))
 
 
 @settings(max_examples=25, deadline=None)
@@ -90,7 +96,7 @@ def test_what_does_not_tell_a_lag_is_refused() -> None:
 def test_backlash_and_delay_come_back(width: float, delay: float, seed: int) -> None:
     """Encoder of 4096 points; the drive is logged `delay` late."""
     truth = TRUTH._replace(encoder_step=FINE_STEP, backlash=width)
-    log = record(sines(seed, truth), truth)
+    log = record(fast_strokes(seed, truth), truth)
     gap, late = reversals(
         [replace(log, effort=np.interp(log.time - delay, log.time, log.effort))], clutch(), 0.999
     )
@@ -104,7 +110,7 @@ def test_backlash_and_delay_come_back(width: float, delay: float, seed: int) -> 
 
 def test_no_backlash_is_said_and_a_coarse_encoder_does_not_tell_a_small_width() -> None:
     tight = TRUTH._replace(encoder_step=FINE_STEP, backlash=0.0)
-    gap, late = reversals([record(sines(1, tight), tight)], clutch(), 0.95)
+    gap, late = reversals([record(fast_strokes(1, tight), tight)], clutch(), 0.95)
     assert "no sign of backlash" in str(gap)
     assert isinstance(late, Interval)
     assert late.low <= 0.0 <= late.high
@@ -139,7 +145,7 @@ def spring_of_throttle(position: Vector) -> Vector:
 def test_a_return_spring_is_no_backlash(seed: int) -> None:
     """The drive also holds the spring along the same motion."""
     tight = TRUTH._replace(encoder_step=FINE_STEP, backlash=0.0)
-    log = record(sines(seed, tight), tight)
+    log = record(fast_strokes(seed, tight), tight)
     gap, late = reversals(
         [replace(log, effort=log.effort + spring_of_throttle(log.position))], clutch(), 0.95
     )
@@ -151,7 +157,7 @@ def test_a_return_spring_is_no_backlash(seed: int) -> None:
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.accept) for k in (1, 2))])
 def test_a_backlash_is_measured_under_a_return_spring(seed: int) -> None:
     truth = TRUTH._replace(encoder_step=FINE_STEP, backlash=2.0)
-    log = record(sines(seed, truth), truth)
+    log = record(fast_strokes(seed, truth), truth)
     gap = reversals(
         [replace(log, effort=log.effort + spring_of_throttle(log.position))], clutch(), 0.999
     )[0]
@@ -192,7 +198,7 @@ def test_the_command_measures_the_bench(tmp_path: Path) -> None:
     text = CLUTCH.read_text().replace("counts_per_revolution: 56 ", "counts_per_revolution: 4096 ")
     bench.write_text(text.rstrip("\n") + "\n  current_command: {column: command, unit: A}\n")
     truth = TRUTH._replace(encoder_step=FINE_STEP)
-    made = Recording(*(column[-12_000:] for column in sines(3, truth)))
+    made = fast_strokes(3, truth)
     command = currents(truth.lag, 3, made.time.size)[0]
     rows = [
         f"{t:.3f},{n},{i:.6f},{c:.6f}"
