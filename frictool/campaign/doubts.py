@@ -22,9 +22,12 @@ from frictool.campaign.trials.controller_judge import ControllerJudge
 from frictool.documents.controller import Controller
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.metric_table import requirement_title
-from frictool.documents.missing_effects import undeclared_ringing
+from frictool.documents.missing_effects import (
+    intolerable_lag,
+    undeclared_ringing,
+    unstated_lag,
+)
 from frictool.documents.model import Model
-from frictool.documents.quantity import Estimate
 from frictool.documents.resonances import Oscillation
 from frictool.documents.spec import Spec
 from frictool.verify.ringing_loop import SLOWER, doubt_words, ringing_check
@@ -61,7 +64,7 @@ def doubts_of(model: Model, controller: Controller, test: DesignTest | None) -> 
     if oscillation is not None:
         found.append(_of_ringing(controller, oscillation, test))
     if model.late_position is not None:
-        found.append(_of_late_position(model.late_position, controller, test))
+        found.append(_of_late_position(model, controller, test))
     if model.valid_side is not None:
         found.append(_of_side(model, controller, test))
     return Doubts(
@@ -121,14 +124,13 @@ def _failure(test: DesignTest, spec: Spec, controller: Controller, plant: Model 
 
 
 def _of_late_position(
-    late: Estimate, controller: Controller, test: DesignTest | None
+    model: Model, controller: Controller, test: DesignTest | None
 ) -> tuple[str, str]:
-    longest = late.interval[1]
-    lag = f"{1e3 * longest:.3g} ms more lag, which the logs show and the bench does not state"
-    margins = controller.verified.margins
-    allowed = None if margins is None else margins.delay_s
-    if allowed is not None and longest > allowed:
-        return f"{lag}: the loop tolerates a delay of {1e3 * allowed:.3g} ms only", ""
+    late = model.late_position
+    assert late is not None
+    if reason := intolerable_lag(model, controller):
+        return reason, ""
+    lag, longest = unstated_lag(late), late.interval[1]
     if test is None:
         return f"{lag}: not simulated; leave out --no-play", ""
     failure = _failure(test, test.spec, _slower(controller, longest), _slower(test.model, longest))

@@ -70,9 +70,9 @@ Completed trials are kept in OUTPUT.trials or in the file of --keep. After an in
 command continues from these trials.
 
 The verdict is PASS, FAIL, UNDECIDED or NOT SHOWN. UNDECIDED: no trial fails, but a trial is
-undecided, a requirement is undecided in every trial, or the steps leave the side of a position on
-which the model is valid (`valid_side`). NOT SHOWN: there are too few draws to show the pass rate of
---at-least.
+undecided, a requirement is undecided in every trial, the steps leave the side of a position on
+which the model is valid (`valid_side`), or the logs show a lag (`late_position`) that the loop does
+not tolerate. NOT SHOWN: there are too few draws to show the pass rate of --at-least.
 
 Exit codes: 0 pass; 1 fail or undecided, or the lower confidence bound of the pass rate is below
 --at-least.

@@ -6,7 +6,9 @@ import math
 from collections.abc import Iterator
 
 from frictool.documents.bench import Bench
+from frictool.documents.controller import Controller
 from frictool.documents.model import Model
+from frictool.documents.quantity import Estimate
 from frictool.documents.resonances import Oscillation
 from frictool.errors import NoSolutionError
 
@@ -75,6 +77,25 @@ def missing_late_position(model: Model) -> str | None:
         "simulations ignore this; if it is not an error of the time stamps, state "
         "actuator.loop_time_constant_s"
     )
+
+
+def unstated_lag(late: Estimate) -> str:
+    """Return words for the longest lag of the interval `late` [s]."""
+    longest = 1e3 * late.interval[1]
+    return f"{longest:.3g} ms more lag, which the logs show and the bench does not state"
+
+
+def intolerable_lag(model: Model, controller: Controller) -> str:
+    """Return why a loop may be unstable with the lag `late_position`; "" if there is no reason.
+
+    There is a reason if the lag is longer than the delay that the loop tolerates. The result is ""
+    if the document of the controller does not state this delay.
+    """
+    late, margins = model.late_position, controller.verified.margins
+    allowed = None if margins is None else margins.delay_s
+    if late is None or allowed is None or late.interval[1] <= allowed:
+        return ""
+    return f"{unstated_lag(late)}: the loop tolerates a delay of {1e3 * allowed:.3g} ms only"
 
 
 def refuse_sensor_lag(bench: Bench, what: str) -> None:

@@ -19,7 +19,7 @@ from frictool.campaign.draws.spread_factors import spread_factors
 from frictool.campaign.trials.campaign_warnings import doubt_of, remarks_of
 from frictool.campaign.trials.trial_player import CampaignSetting, TrialPlayer
 from frictool.campaign.views.played_view import played_json, played_lines
-from frictool.documents.controller import Controller
+from frictool.documents.controller import Controller, Margins
 from frictool.documents.mechanism import Coupling
 from frictool.documents.missing_effects import missing_effects
 from frictool.documents.model import Model
@@ -226,6 +226,9 @@ def test_a_lag_that_the_bench_lacks_decides_the_verdict(
     assert bool(found.reasons) != passes
     assert doubts_of(model, loop, None).reasons
     assert passes or "modulus margin is not met" in found.reasons[0]
+    bounded = replace(loop, verified=replace(loop.verified, margins=Margins(0.01, delay_s=5e-3)))
+    setting = trial().setting._replace(plant=model, controller=bounded)
+    assert ("tolerates a delay of 5 ms only" in doubt_of(player(setting))) != passes
     (told,) = missing_effects(model)
     assert f"{1e3 * lag:.3g} ms" in told
 

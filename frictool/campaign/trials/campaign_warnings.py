@@ -12,6 +12,8 @@ from frictool.documents.conditions import DriftPoint, Drifts
 from frictool.documents.digests import changed_words
 from frictool.documents.example_values import examples_words
 from frictool.documents.mechanism import Mechanism
+from frictool.documents.missing_effects import intolerable_lag
+from frictool.documents.model import Model
 from frictool.documents.presliding import presliding_words
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import Spread
@@ -64,6 +66,7 @@ def doubt_of(trial: TrialPlayer) -> str:
     """Return why the trials may differ from the axis, although they pass; "" if there is no reason.
 
     - The steps leave the side on which the model is valid.
+    - The logs show a lag that the bench does not state and the loop does not tolerate.
     - The axis rings after its stops. If the specification has a modulus margin, the result is "",
       since the requirement `modulus_margin` then states this reason.
     """
@@ -73,6 +76,10 @@ def doubt_of(trial: TrialPlayer) -> str:
         ends = trial.reference_range
         if left := side.left_words(setting.spec.axis, *ends, "steps"):
             return left
+    if isinstance(setting.plant, Model) and (
+        reason := intolerable_lag(setting.plant, setting.controller)
+    ):
+        return reason
     return trial.margin_doubt if setting.spec.modulus_margin is None else ""
 
 
