@@ -113,7 +113,8 @@ def test_one_negated_log_of_two_is_named(tmp_path: Path) -> None:
     wrong = negated(tmp_path, "sines.csv", ENCODER)
     ramps = tmp_path / "ramp.csv"
     ramps.write_text(first_part("ramp.csv"))
-    result = run("identify", wrong, ramps, "--bench", CLUTCH, "-o", target)
+    method = ("--method", "least-squares")
+    result = run("identify", wrong, ramps, "--bench", CLUTCH, *method, "-o", target)
     unmade(result, target)
     assert "negated_sines.csv: position and drive" in result.stderr
 
@@ -140,7 +141,8 @@ def test_a_drive_that_cannot_overcome_friction_is_no_reversed_sign(
         row[CURRENT] = f"{current:.4f}"
     with log.open("w", newline="") as file:
         table.writer(file).writerows([head, *rows])
-    result = run("identify", log, "--bench", CLUTCH, "-o", target)
+    method = ("--method", "least-squares")
+    result = run("identify", log, "--bench", CLUTCH, *method, "-o", target)
     assert result.code in (1, 4)
     assert reason in result.stderr.splitlines()[-1]
     assert "encoder.direction" not in result.stderr.splitlines()[-1]
@@ -223,7 +225,8 @@ def test_the_reference_decides_which_column_is_reversed(follows: float, column: 
 def test_a_model_of_the_benchs_values_says_so_and_is_refused_by_synth(tmp_path: Path) -> None:
     target, controller = tmp_path / "model.yaml", tmp_path / "controller.yaml"
     log = negated(tmp_path, "sines.csv", CURRENT)
-    kept = run("identify", log, "--bench", CLUTCH, "--keep-bench-values", "-o", target)
+    options = ("--bench", CLUTCH, "--method", "least-squares", "--keep-bench-values")
+    kept = run("identify", log, *options, "-o", target)
     assert kept.code == 0, kept.stderr
     assert "warning: the model contains only the bench's values" in kept.stderr
     model = load(target, Model)
@@ -247,8 +250,8 @@ def test_a_model_of_the_benchs_values_says_so_and_is_refused_by_synth(tmp_path: 
 
 def test_the_option_changes_no_model_that_is_identified(tmp_path: Path) -> None:
     log, target = good_sines(tmp_path), tmp_path / "model.yaml"
-    line = ("identify", log, "--bench", CLUTCH, "--keep-bench-values", "-o", target)
-    assert run(*line).code == 0
+    options = ("--bench", CLUTCH, "--method", "least-squares", "--keep-bench-values")
+    assert run("identify", log, *options, "-o", target).code == 0
     assert load(target, Model).bench_values_only is None
 
 

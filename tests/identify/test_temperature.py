@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import msgspec
@@ -54,6 +55,15 @@ def test_the_simulator_has_the_steady_speed_and_the_stop_of_its_equation() -> No
     assert np.ptp(x[-5000:]) == 0.0
 
 
+@cache
+def drawn(
+    seed: int, curved: bool, histories: Histories
+) -> tuple[WarmAxis, Identification, FrictionOverTemperature]:
+    """Return the axis of a seed, its identification and its law."""
+    (axis,) = warm_axes([seed], curved, histories)
+    return axis, *identified(axis)
+
+
 @pytest.mark.parametrize(
     ("histories", "curved"), [(warming_up, True), (warming_up, False), (cold_and_hot, True)]
 )
@@ -62,8 +72,7 @@ def test_friction_over_temperature_is_that_of_the_axis(
     histories: Histories, curved: bool, seed: int
 ) -> None:
     """Viscous friction halves from 30 to 80 degC; the curve is within 1.5 % at both ends."""
-    (axis,) = warm_axes([seed], curved, histories)
-    result, law = identified(axis)
+    axis, result, law = drawn(seed, curved, histories)
     assert [one.name for one in result.fit.explanations] == ["temperature"]
     at = law.reference.value
     for name in ("viscous", "coulomb"):
@@ -207,8 +216,7 @@ def test_a_part_of_a_record_keeps_its_temperature_and_its_reference() -> None:
 
 
 def test_factors_are_1_at_the_reference_and_fall_by_the_same_ratio_per_kelvin() -> None:
-    (axis,) = warm_axes([1], True, cold_and_hot)
-    law = identified(axis)[1]
+    law = drawn(1, True, cold_and_hot)[2]
     steps = np.arange(20.0, 90.0, 5.0)
     viscous, coulomb = temperature_factors(law, steps)
     ratios = [after / before for before, after in pairwise(viscous)]

@@ -61,9 +61,10 @@ def bench() -> Bench:
     return rotary_bench(None)
 
 
-def test_the_intervals_of_a_true_model_stay_nearly_as_they_are(bench: Bench) -> None:
+@pytest.mark.parametrize("axes", [3, pytest.param(8, marks=pytest.mark.accept)])
+def test_the_intervals_of_a_true_model_stay_nearly_as_they_are(bench: Bench, axes: int) -> None:
     ratios = []
-    for seed in range(8):
+    for seed in range(axes):
         fit, result = both(axis(seed=seed)[0], bench)
         assert result.notes(result.fit.parameters) == ()
         ratios += [
@@ -174,12 +175,17 @@ def test_a_ripple_longer_than_the_strokes_widens_the_interval_of_the_inertia(ben
     assert known.low <= INERTIA <= known.high
 
 
-def test_the_intervals_include_a_delay_that_is_too_small_to_be_found(bench: Bench) -> None:
-    """The current is read 0.6 of a sample late; without this uncertainty 8 intervals hold."""
+@pytest.mark.parametrize(
+    ("logs", "least"), [(5, 4), pytest.param(12, 10, marks=pytest.mark.accept)]
+)
+def test_the_intervals_include_a_delay_that_is_too_small_to_be_found(
+    bench: Bench, logs: int, least: int
+) -> None:
+    """The current is read 0.6 of a sample late; without this uncertainty 8 of 12 intervals hold."""
     time = np.arange(3000) * PERIOD
     position = 4.0 * np.sin(4.0 * time) + 2.0 * np.sin(9.1 * time)
     held = 0
-    for seed in range(12):
+    for seed in range(logs):
         noise = np.random.default_rng(seed).normal(0.0, 2e-3, time.size)
         effort = effort_at(time - 0.6 * PERIOD) + noise
         record = make_record("log", time, position, effort, resolution=1e-5, lag=1.0)
@@ -187,7 +193,7 @@ def test_the_intervals_include_a_delay_that_is_too_small_to_be_found(bench: Benc
         assert fit.effects == {}
         inertia = result.fit.parameters["inertia"]
         held += inertia.low <= INERTIA <= inertia.high
-    assert held >= 10
+    assert held >= least
 
 
 def delayed_record(samples: float, noise: float) -> MotionRecord:
