@@ -209,6 +209,7 @@ def test_intervals_that_no_test_narrows_are_named(
 
     monkeypatch.setattr(rehearsed_test, "rehearse", vague)
     monkeypatch.setattr(rehearsed_test, "ROUNDS", 1)
+    monkeypatch.setattr(rehearsed_test, "remedies", lambda *_: [])
     step = next_step(BELT, logs, exact_only)
     assert (step.name, step.exit_code, step.test) == ("impossible", EXIT_NO_SOLUTION, None)
     assert "no test narrows them" in step.why
