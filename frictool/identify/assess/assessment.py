@@ -161,7 +161,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the assessments of the nonzero parameters in `counted` that are not identifiable."""
+    """Return the assessments of the parameters in `counted` that are not 0 and not identifiable."""
     return [
         row
         for row in assessment.rows

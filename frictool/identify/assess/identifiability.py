@@ -97,7 +97,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return a text that says how imprecise differences of samples and least squares are."""
+    """Return a text on the imprecision of least squares on differences of samples."""
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:

@@ -134,8 +134,8 @@ def breakaway(
     """Compute the breakaway from records of ramps.
 
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
-    - stribeck: Stribeck velocity that was identified from another log; None to use the range that
-      the onsets allow
+    - stribeck: Stribeck velocity that was identified from another log; None to use the range of
+      Stribeck velocities that the onsets allow
     - load: unknown part of the load over position
 
     If all ramps have the same direction, the offset is subtracted. Raises UnusableLogs if neither
@@ -160,8 +160,8 @@ def breakaway(
         raise inseparable(load, f"breakaway in [{known.low:.3g}, {known.high:.3g}]")
     if best is found[0]:
         return best
-    # the interval allows every load up to `load.most`; the value is the breakaway with the fitted
-    # load
+    # the interval allows for every load up to `load.most`; the value is the breakaway with the
+    # fitted load
     value = min(max(found[0].parameter.value, known.low), known.high)
     return replace(best, interval=replace(known, value=value))
 
@@ -254,9 +254,10 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
 
 
 def _wider(full: Interval, mean: Interval) -> Interval:
-    """Return `full` with each half width enlarged to sqrt(full^2 + mean^2).
+    """Return `full` with each half width h enlarged to sqrt(h^2 + m^2).
 
-    The half width of `mean` includes the uncertainty of the axis parameters.
+    m is the half width of `mean` on the same side; it includes the uncertainty of the axis
+    parameters.
     """
     down = float(np.hypot(full.half_width, mean.value - mean.low))
     up = float(np.hypot(full.half_width, mean.high - mean.value))

@@ -76,8 +76,9 @@ class BreakawayErrors:
 
     - ranges: for each uncertain quantity (axis parameters, rest position, load parameters), changes
       (p,) of the coefficients at both ends of its range
-    - added: for each cause whose error is added in full (Stribeck curves, drive train that yields
-      just before the onset, loads that may act), possible changes (p,) of the coefficients
+    - added: for each of the other causes (Stribeck curves, a drive train that yields just before
+      the onset, loads that may act), possible changes (p,) of the coefficients; these errors are
+      added in full
     - half_step: half of the increase of a ramp in one sample, N m | N
     """
 
@@ -142,7 +143,8 @@ def breakaway_errors(
     falls = [replace(data, fall=end) for end in fall.ends]
     yields = []
     if data.yields and fall.velocity > 0.0:
-        # a count by which the drive train yields looks like a slow decrease of friction
+        # a motion of one count by which the drive train yields looks like a slow decrease of
+        # friction
         yields.append(data.later(fall.value if fall.known else IMMEDIATE))
     return BreakawayErrors(
         fit.solution,

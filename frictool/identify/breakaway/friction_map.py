@@ -9,9 +9,9 @@ friction in slip C_r(x) is assumed to be proportional to C_s(x):
 
 A level is the mean friction in slip of one direction. The levels and the viscous friction come from
 means over strokes (`sines`). In the equation of a stroke, C_s/mean C_s is averaged over the
-positions of the stroke, so that the strokes need not cover the same positions. If each direction
-has a separate polynomial, an offset of the effort looks like half the difference between the two
-levels. The offset is then taken from bench.yaml, or is 0 if bench.yaml states no offset.
+positions of this stroke, so that strokes may cover different positions. If each direction has a
+separate polynomial, an offset of the effort looks like half the difference between the two levels.
+The offset is then taken from bench.yaml, or is 0 if bench.yaml states no offset.
 """
 
 from __future__ import annotations

@@ -150,7 +150,7 @@ def share_at_rest(record: MotionRecord) -> float:
 
 
 class _Heaviest(NamedTuple):
-    """Largest possible inertia, viscous friction and backlash of the axis, in SI units."""
+    """Axis with the largest possible inertia, viscous friction and backlash, in SI units."""
 
     inertia: float
     viscous: float
@@ -167,9 +167,9 @@ def _heaviest(bench: Bench, axis: Mapping[str, Interval] | None = None) -> _Heav
 
 
 def _rests(record: MotionRecord, heaviest: _Heaviest) -> list[tuple[int, int]]:
-    """Return (start, stop) of each interval before a motion; the position changes at `stop`.
+    """Return (start, stop) of each rest before a motion; the position changes at `stop`.
 
-    Counts by which the drive train yields are part of the interval.
+    Counts by which the drive train yields do not end a rest.
     """
     moved = _moved(record)
     changes = [*(np.flatnonzero(moved) + 1).tolist(), record.position.size]
@@ -195,7 +195,7 @@ def _later(
     - The position returns.
     - The position changes by one count, or within the width of the backlash, and then does not
       change in a time in which the heaviest axis would have slid by more than one count: from speed
-      0, under the rise of the effort alone.
+      0, accelerated by the rise of the effort alone.
     """
     end = changes[k]
     middle = start + (end - start) // 2
@@ -248,7 +248,7 @@ def returning_share(record: MotionRecord, bench: Bench) -> float:
 
 
 def passages_of(record: MotionRecord, position: float) -> int:
-    """Return how often the axis passes a position [rad | m], by ADVANCED counts on either side."""
+    """Return how often the axis passes `position` [rad | m], by ADVANCED counts on either side."""
     beyond = (record.position - position) / (ADVANCED * record.resolution)
     sides = np.sign(beyond[np.abs(beyond) > 1.0])
     return int(np.count_nonzero(np.diff(sides)))

@@ -214,8 +214,8 @@ class OnsetData:
     ) -> float:
         """Return the mean misfit (`OnsetTable.efforts`) of the onsets for a Stribeck curve.
 
-        The onsets are evaluated in the order `order`. If the mean must exceed `most`, the
-        evaluation ends early, and the result is inf.
+        The onsets are evaluated in the order `order`. As soon as the mean is certain to exceed
+        `most`, the evaluation ends with the result inf.
         """
         squares: Vector = np.empty(order.size)
         partial_sum = 0.0
@@ -253,7 +253,7 @@ class OnsetData:
         ends = [end for end in ends if end["inertia"] > 0.0]
         rate = float(np.mean([onset.rate for onset in self.onsets]))
         scale = float(np.cbrt(self.table.resolution**2 * rate / nominal["inertia"]))
-        # the onsets that contradict a slow decrease of friction most come first
+        # first the onsets that most contradict a slow decrease of friction
         slow = self.table.efforts(nominal, shape, 0.5, NO_FALL, self._compared())[2]
         misfits = [
             partial(self.misfit, parameters, shape, np.argsort(-slow))
@@ -363,8 +363,9 @@ def _below_coulomb(
 ) -> list[BreakawayOnset]:
     """Return the onsets that cannot be breakaways, because Coulomb friction is larger.
 
-    They are the lower of two groups of onsets in one direction (`lower_group`), and lie below the
-    interval of Coulomb friction. The mean effort of both directions is regarded as the offset.
+    These onsets form the lower of two groups in one direction (`lower_group`), and their efforts
+    are below the interval of Coulomb friction. The mean effort of both directions is regarded as
+    the offset.
     """
     level = np.array([one.level for one in onsets])
     direction = np.array([one.direction for one in onsets])
@@ -382,11 +383,12 @@ def _below_coulomb(
 
 
 def lower_group(friction: Vector, position: Vector, resolution: float) -> NDArray[np.bool_]:
-    """Return True for the onsets of the lower of two groups; False for all without two groups.
+    """Return True for onsets in the lower of two groups; all are False without two groups.
 
     The largest gap between the sorted efforts `friction` (n,) separates the groups. All efforts of
-    the upper group must be more than APART times those of the lower group. The positions of the
-    groups must overlap within an encoder count, because friction may vary with position.
+    the upper group must be more than APART times those of the lower group. The median position of
+    the lower group must be within an encoder count of the range of the upper group's positions,
+    because friction may vary with position.
     """
     order = np.sort(friction)
     gap = int(np.argmax(np.diff(order))) if order.size > 1 else 0

@@ -95,7 +95,9 @@ NO_LOAD = OnsetLoad()
 
 
 def joint_error(load: Load | None, offset: float) -> float | None:
-    """Return the error of the total load [N m | N] if it is smaller than that of its offset.
+    """Return the error of the total load [N m | N] if it is smaller than `offset`, else None.
+
+    The total load is the sum of all loads and the offset.
 
     offset: half width of the interval of the offset, N m | N
     """
@@ -107,8 +109,8 @@ def joint_error(load: Load | None, offset: float) -> float | None:
 def joint_errors(over: Span | None, error: float) -> tuple[tuple[PositionLoad, ...], ...]:
     """Return errors of a total load: a constant, and a line over the positions `over`.
 
-    Each has the largest effort `error` [N m | N]. Without `over`, a sine and a cosine replace the
-    line.
+    Each error has a largest effort of `error` [N m | N], with either sign. Without `over`, a sine
+    and a cosine replace the line.
     """
     units = [CONSTANT, *harmonic_units(1.0)] if over is None else [CONSTANT]
     if over is not None:

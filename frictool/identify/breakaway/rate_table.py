@@ -20,7 +20,7 @@ from frictool.identify.fit_result import Interval
 from frictool.typing import Vector
 
 FEWEST = 2  # least number of breakaways at one rate
-LARGEST = 1_000_000  # bytes of a table
+LARGEST = 1_000_000  # largest size of a table, bytes
 UNIT = re.compile(r"\s*[\[(][^\])]*[\])]")  # unit of a column, in the header
 EFFORT_UNIT = re.compile(r"effort\s*[\[(]([^\])]*)[\])]", re.IGNORECASE)
 EFFORT_UNITS = ("N m", "Nm", "N")

@@ -26,7 +26,7 @@ these steps identify viscous and Coulomb friction. This result also uses the sam
 reversals.
 
 Viscous friction is set to 0 if this does not worsen the prediction of strokes that the fit did not
-use. The same applies to an offset that the bench does not declare.
+use. An offset that the bench does not declare is set to 0 under the same condition.
 """
 
 from __future__ import annotations
@@ -109,8 +109,8 @@ def _with_simulated_inertia(
 
     The effort of disturbing effects, which the simulation lacks, widens the interval of the
     inertia. An error of the simulated position may also look like a change of the inertia. For this
-    error, a relative half width is added: the rms position error divided by the rms motion due to
-    the inertia.
+    error, a relative half width is added: the rms position error, divided by the rms part of the
+    motion that only the inertia explains.
 
     `fit` is returned unchanged if this ratio is 1 or more, if the simulation contradicts the
     friction of `fit`, or if the bench has a load.
@@ -177,8 +177,7 @@ def _at_inertia(
 ) -> SlidingFit:
     """Return the other parameters of `fit`, fitted again with the inertia fixed at `inertia`.
 
-    The encoder's noise makes the inertia in `fit` too small. This error shifts the other
-    parameters.
+    In `fit`, the encoder's noise makes the inertia too small, which shifts the other parameters.
     """
     try:
         known = refit(records, bench, settings, fit, {"inertia": inertia})
@@ -190,7 +189,7 @@ def _at_inertia(
 def _more_precise(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, means: SlidingFit
 ) -> bool:
-    """Return True if intervals by least squares overlap the intervals of `means`, but are narrower.
+    """Return True if the intervals by least squares overlap and are narrower than those of `means`.
 
     `means` is a fit by the method of sines. The intervals of viscous and Coulomb friction are
     compared. An interval by least squares must be narrower than FAR times the interval of `means`.
@@ -216,9 +215,9 @@ def _of_runs(
     `strokes` is the fit of whole strokes (`_of_strokes`), or None if this fit is still to be
     computed. The fit of whole strokes is returned if inertia, viscous friction and Coulomb friction
     are fitted, the interval of the inertia is informative (`why_uninformative`), and friction does
-    not fall with speed. Otherwise, the curve is fitted with the inertia of `strokes` if its
-    interval is informative, else with the inertia in bench.yaml. Raises UnusableLogs if the parts
-    do not determine a curve.
+    not fall with speed. Otherwise, the curve is fitted with the inertia of `strokes` if the
+    interval of this inertia is informative, else with the inertia in bench.yaml. Raises
+    UnusableLogs if the parts do not determine a curve.
     """
     why = (
         "most of the motion consists of runs at constant speed"

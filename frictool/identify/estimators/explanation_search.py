@@ -1,8 +1,8 @@
 """Search for loads and disturbing effects that improve the prediction of the effort.
 
 A hypothesis is a load or a disturbing effect, with one or more columns of the regressor matrix. The
-search for `auto` adds one hypothesis at a time to inertia, viscous friction, Coulomb friction and
-offset. The hypotheses are:
+search is a part of the method `auto`. It adds one hypothesis at a time to inertia, viscous
+friction, Coulomb friction and offset. The hypotheses are:
 
 - loads: a spring; on a rotary axis, gravity; harmonics of a ripple over the position, with wave
   numbers from the spectrum of the residual over the position or, for few periods, from repeated
@@ -19,8 +19,8 @@ longer explains effort with smoothing windows of twice the length. A load that n
 if it passes both tests with these longer windows. At the end, a hypothesis is removed again in two
 cases: the prediction errors increase little without the hypothesis, or a parameter has become
 negative that cannot be negative, such as friction proportional to the inertial load. A spring of
-negative stiffness is not used either: an unstable equilibrium is rarer than another effect that
-looks like it over a part of the travel.
+negative stiffness is not used either: over a part of the travel, other effects look like such a
+spring, and they are more frequent.
 
 Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify_effects.md states further conditions and the significance levels.
@@ -66,7 +66,7 @@ class Trial:
     - rows: regression rows of the fit
     - squares: squared prediction error of each stroke, (s,)
     - level: significance level of the test of the hypothesis
-    - wave: wave number of a ripple, 1/rad | 1/m; None for another hypothesis
+    - wave: wave number of a ripple, 1/rad | 1/m; None if the hypothesis is not a ripple
     """
 
     hypothesis: Hypothesis
@@ -123,8 +123,9 @@ def _hidden(
 
     A delay is tested in spite of the noise if, with longer smoothing windows, the delay explains
     more than the noise can hide, and predicts the strokes better than any other hypothesis. The
-    delay of a voltage drive is tested if the effort acts later than logged, as with the inductance
-    of the winding. A servo that feeds the noise back lets the effort seem to act earlier.
+    delay of a voltage drive is tested in spite of the noise if the effort acts later than logged,
+    as with the inductance of the winding. Noise that a servo feeds back has the opposite effect:
+    the effort seems to act earlier.
     """
     if not searched.noisy(rows.samples):
         return ()
@@ -149,7 +150,7 @@ def _hidden(
 def search_explanations(
     records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> tuple[LoadTerms | None, tuple[Explanation, ...]]:
-    """Return the load terms that the logs support, and all explanations of the effort.
+    """Return the load terms that the logs support, and all significant explanations of the effort.
 
     The load terms are None if the logs support no hypothesis, or if the axis never slips. If the
     bench declares its loads, only the delay of a voltage drive can be added. The explanations
@@ -183,7 +184,7 @@ def search_explanations(
             trials = [one for one in trials if one is not trial]
             continue
         if not _lasting(searched, trial, used, waves):
-            break  # the load fits oscillations that an effect would fit, too
+            break  # the load fits oscillations that a disturbing effect would fit equally well
         if trial.hypothesis.term == WARMING:
             cause = next((one for one in usable if one.hypothesis.term == TEMPERATURE), None)
             if cause is not None and _supported(cause, best, used, settings):
@@ -291,9 +292,10 @@ def _supported_smoother(
 def _renumbered(
     used: Sequence[Hypothesis], waves: tuple[float, ...], declared: int
 ) -> tuple[list[Hypothesis], tuple[float, ...]]:
-    """Return hypotheses and wave numbers [1/rad | 1/m] without unused ripples, renumbered.
+    """Remove unused ripples, and renumber the others; return hypotheses and wave numbers.
 
-    The first `declared` ripples belong to the bench and have no hypothesis.
+    Wave numbers are in 1/rad | 1/m. The first `declared` ripples belong to the bench and have no
+    hypothesis.
     """
     numbers = dict(zip(RIPPLES, waves, strict=False))
     kept = [numbers[one.term] for one in used if one.term in RIPPLES]
@@ -333,8 +335,8 @@ def _of_encoder(
 ) -> bool:
     """Return whether a periodic encoder error predicts the strokes better than the ripple `trial`.
 
-    An encoder error e sin(n x) at the position x adds its second time derivative to the
-    acceleration. The result is False if the hypothesis of `trial` is not a ripple.
+    An encoder error e sin(n x) at the position x adds the second time derivative of e sin(n x) to
+    the measured acceleration. The result is False if the hypothesis of `trial` is not a ripple.
     """
     n = trial.wave
     if n is None:
@@ -371,7 +373,7 @@ def _spans_a_turn(trial: Trial) -> bool:
 
 
 def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Trial]:
-    """Return the other trials that predict the strokes nearly as well as `best`.
+    """Return those of the other trials that predict the strokes nearly as well as `best`.
 
     The sum of the squared prediction errors of such a trial is at most EQUAL times the sum of
     `best`, and not significantly larger.
@@ -401,9 +403,9 @@ def _better(
 
     `richer` and `simpler` are the squared prediction errors (s,) of the strokes with and without
     the hypothesis. A load has to improve the prediction clearly, because the load becomes part of
-    the model. An effect has to reduce the error noticeably and in most strokes. The measured
-    temperature may reduce the error in few strokes, because only strokes at extreme temperatures
-    show the influence of temperature on friction.
+    the model. An effect has to reduce the error noticeably and in most strokes. The effect of the
+    measured temperature only has to reduce the error noticeably, because few strokes, those at
+    extreme temperatures, show this effect.
     """
     if one.is_load or richer is None or simpler is None:
         return clearly_better(richer, simpler, confidence)

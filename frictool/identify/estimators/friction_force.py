@@ -7,7 +7,7 @@
 
 v is the filtered velocity, k the number of the sample, and T the sample period. The breakaway is
 the largest friction of the curve, at the speed v_p; in thesis (2.34), the friction is largest at
-rest. v_p is therefore not a Stribeck velocity. The details of the fit contain v_p. Only v_p is
+rest. v_p is therefore not a Stribeck velocity; the fit reports v_p in its details. Only v_p is
 searched, because the force is linear in the other parameters.
 
 Each log must be a stroke in one direction. At a reversal, friction changes its sign, but its
@@ -15,10 +15,10 @@ filtered value changes slowly; the curve would then state a Coulomb friction tha
 
 All samples of a stroke are used, also samples at rest within the stroke. Samples at rest shift
 Coulomb friction towards the effort at rest. The curve is therefore fitted again to the samples that
-certainly slip, and the intervals contain the intervals of both fits. Select the moving part of the
-log with `ingest --from --to`. The intervals allow for the correlation of the residuals that the
-filter causes (`newey_west`), and for every inertia in the range in bench.yaml. The intervals do not
-include errors of the instruments' clocks.
+certainly slip, and the intervals contain the intervals of both fits. To leave out samples at rest,
+select the moving part of the log with `ingest --from --to`. The intervals allow for the correlation
+of the residuals that the filter causes (`newey_west`), and for every inertia in the range in
+bench.yaml. The intervals do not include errors of the instruments' clocks.
 """
 
 from __future__ import annotations
@@ -107,7 +107,10 @@ def _reaching(one: Interval, other: Interval) -> Interval:
 
 @dataclass(frozen=True)
 class _FrictionCurve:
-    """Fitted curve: `peak` is v_p [rad/s | m/s], `residual` is relative to the rms effort."""
+    """Fitted curve; its friction is largest at the speed `peak` [rad/s | m/s].
+
+    `residual` is the rms residual divided by the rms effort.
+    """
 
     estimates: dict[str, Interval]
     peak: float
@@ -118,7 +121,7 @@ class _FrictionCurve:
 def _curve(
     rows: RegressionSamples, inertia: Interval, both: bool, reach: int, confidence: float
 ) -> _FrictionCurve:
-    """Fit the curve; `reach` is the time constant of the filter in samples."""
+    """Fit the curve; `reach` is the period of the filter's cut-off frequency in samples."""
     force = rows.effort - inertia.value * rows.acceleration
     peak = _peak(rows, force, both, float(np.max(np.abs(rows.velocity))))
     columns = _design(rows, peak, both)
@@ -167,7 +170,7 @@ def check_records(records: list[MotionRecord], _bench: Bench | None = None) -> N
 def _rows(
     record: MotionRecord, bench: Bench, cutoff_hz: float, order: int
 ) -> tuple[RegressionSamples, NDArray[np.bool_]]:
-    """Return the rows (n,) of all strokes, and a mask (n,) of the rows that certainly slip."""
+    """Return the regression rows (n,) of a record, and a mask (n,) of rows that certainly slip."""
     if 2.0 * cutoff_hz * record.period >= 1.0:
         raise UnusableLogs(
             f"a cut-off of {cutoff_hz:g} Hz is not below half of the sampling rate; allowed: below "

@@ -85,7 +85,10 @@ class ReducedRows:
         return by_stroke(out, self.stroke)
 
     def probability(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the p-value that all parameters of `tested` are 0, in a fit with `others`."""
+        """Return the p-value of the test that all parameters of `tested` are 0.
+
+        The fit contains the columns of `tested` and `others`.
+        """
         columns = self.columns([*others, tested])
         indices = [k for k, column in enumerate(columns) if self.names[column] in tested.names]
         return joint_probability(self.plain[:, :, [*columns, -1]], self.cluster, indices)
@@ -111,9 +114,9 @@ class ReducedRows:
         return float(np.linalg.norm(self.fitted_to(tested, others)))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return whether the rows determine `tested`, and noise cannot cause its effort.
+        """Return True if the rows determine `tested` and noise alone cannot explain its effort.
 
-        The result is also False if a parameter of `tested` has an impossible sign.
+        The result is False, too, if a parameter of `tested` has an impossible sign.
 
         The encoder's noise makes the fitted inertia too small, so that a part of the inertial
         effort is left over. A column of `tested` that resembles the acceleration, or the derivative
@@ -143,7 +146,7 @@ class ReducedRows:
         return bool(np.all(self.fitted_to(tested, others) > 0.0))
 
     def lags(self, hypotheses: Sequence[Hypothesis]) -> bool:
-        """Return whether the effort acts later than logged in a fit with `hypotheses`.
+        """Return True if, in a fit with `hypotheses`, the effort acts later than logged.
 
         The parameter of the delay is then negative. The result is False if the rows do not
         determine this parameter.
@@ -179,8 +182,8 @@ class ReducedRows:
     def left_by_others(self, hypotheses: Sequence[Hypothesis]) -> float:
         """Return the mean square of the acceleration that the other columns do not explain.
 
-        The other columns are the columns of a fit with `hypotheses`. The unit is (rad/s^2)^2 |
-        (m/s^2)^2.
+        The other columns are all columns of a fit with `hypotheses` except the acceleration. The
+        unit is (rad/s^2)^2 | (m/s^2)^2.
         """
         return self._left([k for k in self.columns(hypotheses) if k != 0], 0)
 

@@ -9,10 +9,10 @@
     solve      ordinary least squares on [acceleration, velocity, sign(velocity), 1]
 
 EMPS is the benchmark "electro-mechanical positioning system". Two systematic errors of the
-published pipeline do not appear in the residuals. The effort is treated as a measurement at the
-sample, even if the drive holds the effort until the next sample. Samples at rest and at reversals
-are treated as slip. Each interval therefore contains two intervals: the interval of the pipeline,
-and the interval of the power balance (`power_balance`), which has neither error.
+published pipeline do not appear in the residuals. The effort is treated as the effort at the
+instant of its sample, even if the drive holds it until the next sample. Samples at rest and at
+reversals are treated as slip. Each interval therefore contains two intervals: the interval of the
+pipeline, and the interval of the power balance (`power_balance`), which has neither error.
 
 A log with much motion inside the backlash is unusable. If the encoder's noise changes the sign of
 the velocity without a reversal, viscous and Coulomb friction are reported as not identified.

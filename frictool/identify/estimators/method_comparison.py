@@ -10,12 +10,13 @@ with a wrong effort may still simulate the position well. The first allowed cand
 position error at most a tenth above the smallest is chosen. The order of preference is: the method
 that the decision scheme of `auto` prefers, other regressions, output error. Output error is
 rejected if a parameter of the regression with the same load terms lies outside the interval by
-output error. This regression is fitted to all logs, also if the halves are too short to fit it.
+output error. This regression is fitted to all logs, also if the halves of the logs are too short
+for a fit.
 
 If the fit includes a disturbing effect (`rows/effects.py`), the preferred method is used without a
 comparison, because the effect cannot be simulated. If the logs are too short to be halved, the
-regressions are compared on the logs of the fit. Output error is then no candidate, because output
-error minimises the compared error.
+regressions are compared on the logs to which they were fitted. Output error is then no candidate,
+because output error minimises the compared error.
 """
 
 from __future__ import annotations
@@ -56,7 +57,8 @@ from frictool.typing import Vector
 
 Rows = Sequence[Sequence[SlipRows]]  # slipping samples of each half
 NAMES = {DIRECTION: WHAT["viscous_by_direction"]}
-REFINED = 0.9  # least ratio of the smallest position error to the chosen candidate's
+# least ratio of the smallest position error to the position error of the chosen candidate
+REFINED = 0.9
 # half widths of the regression's interval by which a load must differ from 0
 SURE = 2.0
 MOST_FORCE = 2.0  # largest allowed force error, relative to the smallest force error
@@ -87,7 +89,7 @@ class PredictionScore:
 
     @property
     def leaves(self) -> bool:
-        """Return True if the simulated position leaves the range of the measured positions by far.
+        """Return True if the simulated position is far outside the range of the measured positions.
 
         The rms position error then exceeds this range, and its value has no meaning.
         """
@@ -172,9 +174,9 @@ def _winner(
 
     The text is empty if the first choice was not rejected. Output error is rejected if a parameter
     of an allowed regression with the same load terms lies outside the interval by output error.
-    Both models then lack an effect, for example a breakaway at the reversals, and output error
-    compensates the missing effect by wrong parameters. A candidate is also rejected if a load that
-    the bench does not declare may be 0 according to the regression.
+    In this case, both models lack an effect, for example a breakaway at the reversals, and output
+    error compensates the missing effect by wrong parameters. A candidate is also rejected if a load
+    that the bench does not declare may be 0 according to the regression.
     """
     best = min(score.position for score in allowed)
     winner = next(score for score in allowed if REFINED * score.position <= best)

@@ -1,4 +1,4 @@
-"""Output error: fit of the simulated to the measured motion ("simulation error", thesis 4).
+"""Output error: fit of a simulated motion to the measured motion ("simulation error", thesis 4).
 
 No signal is differentiated or filtered. The search starts from the parameters by the power balance.
 
@@ -365,7 +365,7 @@ def simulated_fit(
     terms: tuple[str, ...],
     errors: Mapping[str, float],
 ) -> SlidingFit:
-    """Return the fit by output error without insignificant loads.
+    """Return the fit by output error, without loads that may be 0.
 
     The first fit has the load terms `terms`. As long as the intervals of a position-dependent load
     contain 0, the fit is repeated without this load, unless the bench declares its loads. The

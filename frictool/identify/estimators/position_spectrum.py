@@ -20,7 +20,7 @@ FEWEST_PERIODS, MOST_PERIODS = (0.75, 3.0)
 BINS_PER_PERIOD = 6  # number of position bins in the shortest period
 OVERSAMPLING = 16  # number of grid points of the wave number per 2 pi/travel
 MOST_BINS = 1 << 15
-MOST_WHOLE = 100  # largest number of cycles a turn in `best_whole_number`
+MOST_WHOLE = 100  # largest number of cycles per turn in `best_whole_number`
 # a peak is rounded to a whole number of cycles per turn if the difference is at most SNAP times the
 # resolution and at most FARTHEST cycles
 SNAP, FARTHEST = (0.35, 0.35)
@@ -101,7 +101,7 @@ def highest_peak(
 def best_whole_number(
     position: Vector, regressors: Matrix, residual: Vector, excluded: tuple[float, ...] = ()
 ) -> SpectrumPeak | None:
-    """Return the whole number of cycles a turn that reduces a fit's residual most.
+    """Return the ripple with the whole number of cycles per turn that reduces the residual most.
 
     Numbers from 2 on are tried if the travel contains FEWEST_PERIODS to MOST_PERIODS periods. The
     fit is repeated with a sine and a cosine of each number.
@@ -118,7 +118,7 @@ def best_whole_number(
     Returns
     -------
     SpectrumPeak or None
-        None if no number is in this range.
+        None if no whole number meets this condition.
     """
     travel = float(np.ptp(position))
     resolution = 2.0 * np.pi / travel if travel > 0.0 else np.inf
@@ -142,7 +142,7 @@ def best_whole_number(
 
 
 def snapped(peak: SpectrumPeak) -> float:
-    """Return the wave number [1/rad] of a peak on a rotary axis, rounded if nearly whole."""
+    """Return the wave number [1/rad] of a peak, rounded if nearly whole (cycles per turn)."""
     nearest = float(round(peak.number))
     near = abs(nearest - peak.number) <= min(SNAP * peak.resolution, FARTHEST)
     return nearest if near and nearest >= 1.0 else peak.number

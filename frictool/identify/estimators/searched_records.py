@@ -52,7 +52,8 @@ from frictool.identify.rows.smoothing import (
 from frictool.identify.rows.temperature_law import temperatures, varies
 
 LONGEST_SHARE = 0.25  # longest window of `smoother`, relative to a stroke
-ROWS_PER_WINDOW = 8  # number of rows per length of a smoothing window
+# number of regression rows per smoothing window; the windows of successive rows overlap
+ROWS_PER_WINDOW = 8
 MOST_ROWS = 8_000  # approximate largest number of rows of all records
 # largest number of samples that are searched; in longer logs, PARTS evenly spaced parts are
 # searched
@@ -144,7 +145,7 @@ class SearchedRecords:
 
     @cached_property
     def warmed(self) -> bool:
-        """Return whether all records have a temperature that varies enough to fit an effect."""
+        """Return whether the temperature was logged in all records, and varies enough for a fit."""
         return varies(temperatures(self.records))
 
     def samples(self, waves: tuple[float, ...]) -> RegressionSamples:
@@ -264,9 +265,9 @@ class SearchedRecords:
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
         """Return the ripple of few periods that reduces the residual most, and its peak.
 
-        On a rotary axis, a ripple has a whole number of cycles a turn. With few periods within the
-        travel, the other loads resemble the ripple, so that the spectrum of the residual does not
-        show the ripple's number of cycles. `ripple` explains parameters and result.
+        On a rotary axis, a ripple has a whole number of cycles per turn. With few periods within
+        the travel, the other loads resemble the ripple, so that the spectrum of the residual does
+        not show the ripple's number of cycles. `ripple` explains parameters and result.
         """
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if not self.rotary or position is None or len(waves) == MOST_HARMONICS:

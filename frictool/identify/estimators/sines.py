@@ -10,10 +10,10 @@ stroke, where the speed is above half of the stroke's largest speed (|sin| > 1/2
 whole periods, which include stick at the reversals. <v> is a distance divided by a duration, so
 that even a coarse encoder is sufficient if a stroke has many counts.
 
-The inertia is not estimated. The effort that accelerates the inertia in bench.yaml is subtracted;
-the range of this inertia widens the intervals slightly. Knees, which are speeds at which the
-viscous friction changes, are estimated (`piecewise_friction`). The strokes must have different
-speeds, but need not be sines.
+The inertia is not estimated. The effort that accelerates the inertia is subtracted, for the inertia
+in bench.yaml; the range of this inertia widens the intervals slightly. Knees, which are speeds at
+which the viscous friction changes, are estimated (`piecewise_friction`). The strokes must have
+different speeds, but need not be sines.
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ NO_INERTIA = (
     "stroke is nearly zero"
 )
 GATE = 0.5  # speed above which samples are used, relative to the largest speed of the stroke
-# share of noise in the acceleration (`smoothing`); the velocity only selects the samples
+# allowed share of noise in the acceleration (`smoothing`), from which the window follows; the
+# velocity only selects the samples
 NOISE_SHARE = 0.02
 FEWEST_STROKES = 8
 # least ratio of the fastest to the slowest stroke's mean speed; below this ratio, viscous and

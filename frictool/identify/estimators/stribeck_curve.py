@@ -124,7 +124,7 @@ def stribeck_curve(
     ------
     UnusableLogs
         If there are no runs at constant speed, if a direction has only one to five runs, if the
-        runs are less than a third of the motion, if the speeds of the runs differ by less than a
+        runs cover less than a third of the motion, if the speeds of the runs differ by less than a
         factor of 2, or if all runs have the same direction and the bench has no `mechanics.offset`.
     """
     inertia = known_inertia(bench)
@@ -186,7 +186,7 @@ def _known_offset(bench: Bench) -> Interval:
 
 
 def _with_offset(fit: SlidingFit, offset: Interval | None) -> SlidingFit:
-    """Return `fit` with Coulomb friction and breakaway widened by the range of a known offset.
+    """Return `fit`; the range of a known offset widens the intervals of Coulomb and breakaway.
 
     If `offset` is None, the offset was fitted, and `fit` is returned unchanged.
     """
@@ -259,8 +259,8 @@ def _sum(one: Interval, other: Interval) -> Interval:
 def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
     """Return all runs at constant speed.
 
-    Raises UnusableLogs if there are too few runs, if the runs are less than a third of the motion,
-    or if the speeds of the runs differ by less than a factor of 2.
+    Raises UnusableLogs if there are too few runs, if the runs cover less than a third of the
+    motion, or if the speeds of the runs differ by less than a factor of 2.
     """
     rows = _rows(records)
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)
@@ -284,7 +284,7 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
 
 
 def runs_prevail(records: list[MotionRecord]) -> bool:
-    """Return True if runs at constant speed have more than SPEEDS_SHARE of the moving samples."""
+    """Return True if more than SPEEDS_SHARE of the moving samples are in runs at constant speed."""
     return _share(_rows(records), records) > SPEEDS_SHARE
 
 
@@ -337,8 +337,8 @@ def _runs(record: MotionRecord) -> list[RunRow]:
 def _whole_stroke(record: MotionRecord, start: int, end: int) -> list[RunRow]:
     """Return a list with one row for the middle of a stroke.
 
-    The list is empty if the position deviates from a line in time by more than WHOLE_SHARE of the
-    distance, or if the speed drifts by more than MOST_DRIFT.
+    The list is empty if the position deviates from a straight line over time by more than
+    WHOLE_SHARE of the stroke's distance, or if the relative change of the speed exceeds MOST_DRIFT.
     """
     ends = max(BLOCK, int(ENDS_SHARE * (end - start)))
     position = record.position[start + ends : end - ends]

@@ -2,10 +2,10 @@
 
 In ordinary least squares, the parameter of a noisy regressor becomes too small. Here the noise of
 each column is known: acceleration and velocity have the filtered noise of the position
-(`position_noise`), sign and constant have none. The noise of the effort is the residual without the
-part that the noise of acceleration and velocity causes. M is the mean of row^T row over the rows
-[regressors, effort], and S is the part of M that the noise causes. The estimate theta solves (Golub
-and Van Loan 1980, generalised)
+(`position_noise`), sign and constant have none. The noise variance of the effort is the mean square
+residual minus the part that the noise of acceleration and velocity causes. M is the mean of row^T
+row over the rows [regressors, effort], and S is the part of M that the noise causes. The estimate
+theta solves (Golub and Van Loan 1980, generalised)
 
     (M - lambda S) [theta; -1] = 0
 
@@ -86,7 +86,10 @@ def _fit(
 
 
 def _of_effort(mean: Matrix, noise: Matrix) -> Matrix:
-    """Return `noise` with the effort's noise variance: residual minus the part of motion noise."""
+    """Return `noise` with the noise variance of the effort.
+
+    This variance is the mean square residual minus the part that the noise of the motion causes.
+    """
     theta = np.append(errors_in_variables(mean, noise), -1.0)
     others = theta[:-1] @ noise[:-1, :-1] @ theta[:-1]
     out = noise.copy()

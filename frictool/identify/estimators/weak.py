@@ -63,7 +63,8 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.weak_form import bell
 
 OVERLAP = 6  # windows per window length; each starts a sixth of its length after the previous one
-REPEATED = 0.5  # least ratio of clusters to strokes; at less, most strokes repeat each other
+# least ratio of clusters to strokes; below this ratio, most strokes repeat each other
+REPEATED = 0.5
 
 
 def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSettings) -> SlidingFit:
@@ -85,7 +86,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if parameters_of(samples) == (SLIDING, {}):
         structure = choose_structure(samples, parts, OVERLAP, settings.confidence)
     samples = _chosen(samples, parts, structure)
-    # columns of position and knees explain a part of the acceleration, so that a longer window is
+    # the columns of position and knees explain a part of the acceleration; a longer window is then
     # better
     if structure != FrictionStructure():
         share = samples.own_acceleration**2 / float(np.mean(samples.acceleration**2))

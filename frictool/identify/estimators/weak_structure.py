@@ -34,7 +34,7 @@ from frictool.typing import Vector
 
 MOST_KNEES = 2
 GRID_POINTS = 30  # grid points of the first search for a knee
-ENDS = 0.05  # share of the rows that must be slower, and faster, than any knee
+ENDS = 0.05  # least share of the rows on either side of a knee, slower and faster
 
 
 @dataclass(frozen=True)

@@ -163,7 +163,7 @@ def _tried(
     bench: Bench,
     reasons: dict[str, str | None],
 ) -> dict[str, str | None]:
-    """Return the reasons of a trial of the methods; return `reasons` if the log is too long."""
+    """Return why each method refuses the log; without a trial if the log is too long."""
     if any(one.opening.time.size < one.base.samples for one in surveys):
         return reasons
     from frictool.identify.method_trials import tried_methods  # loads every method

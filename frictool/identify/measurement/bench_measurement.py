@@ -68,7 +68,7 @@ def measurement(
 def motor_measurement(
     motor: Mapping[str, Interval | UnusableLogs], bench: Bench
 ) -> Measurement | None:
-    """Return the identified properties in `motor`, a result of `winding`, or None without any."""
+    """Return the identified properties in `motor` (result of `winding`); None if there are none."""
     estimates = _estimates(motor, bench)
     return Measurement(**estimates, refused={}) if estimates else None
 

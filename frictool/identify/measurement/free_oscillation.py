@@ -29,18 +29,19 @@ import numpy as np
 
 from frictool.typing import Matrix, Vector
 
-LEAST_CYCLES, MOST_CYCLES = 3.0, 12.0  # cycles per window in the grid
-FREQUENCIES = 28  # frequencies in the grid
-DECAYS = (0.0, 1.0, 2.5, 5.0)  # s times the window, in the grid
-STEPS = 6  # most Gauss-Newton steps
+LEAST_CYCLES, MOST_CYCLES = 3.0, 12.0  # bounds of the grid of w, in cycles per window
+FREQUENCIES = 28  # number of values of w in the grid
+DECAYS = (0.0, 1.0, 2.5, 5.0)  # grid of s, times the window's duration
+STEPS = 6  # largest number of Gauss-Newton steps
 CONVERGED = 1e-4  # relative change of w at which the steps end
 COARSE = 0.6  # least share of the variance that the best point of the grid explains
 EXPLAINED = 0.8  # least share of the variance that the oscillation explains
-MOST_DAMPING = 0.25  # damping ratio; above it, the motion hardly differs from a smooth approach
-VISIBLE = 2.0  # cycles after which the amplitude must still be one count
+# largest damping ratio; with a larger one, the motion hardly differs from a smooth approach
+MOST_DAMPING = 0.25
+VISIBLE = 2.0  # number of cycles after which the amplitude must still be at least one count
 MOVED = 2.0  # least motion before the window, in amplitudes
-DRIVEN = 0.5  # share from which the effort may cause the oscillation
-DELAYS = 9  # tested delays of the effort
+DRIVEN = 0.5  # value of `share` from which the effort may cause the oscillation
+DELAYS = 9  # number of tested delays of the effort
 
 
 class Rigidity(NamedTuple):
@@ -92,7 +93,7 @@ class FreeOscillation(NamedTuple):
 
 @functools.cache
 def _grid(samples: int) -> tuple[Vector, Vector, Matrix]:
-    """Return g pairs of w and s, times the window's duration, and columns (4 g, samples).
+    """Return g pairs of w and s, multiplied by the window's duration, and columns (4 g, samples).
 
     A pair of w and s has four orthonormal columns; the first two span the constant and the slope.
     """
@@ -115,12 +116,13 @@ def _columns(time: Vector, rate: float, decay: float) -> Matrix:
 
 
 def coarse_fits(windows: Matrix, highest: float) -> list[tuple[int, float, float]]:
-    """Return indices in `windows` (m, n); for each, w and s times the duration of a window.
+    """Return (index in `windows`, w, s) of each window with an oscillation; `windows` is (m, n).
 
-    Two windows are chosen: the window whose oscillation explains the largest fraction of the
-    variance, and the last window whose oscillation explains at least the fraction EXPLAINED. The
-    former may contain the end of the motion. The list is empty if no oscillation explains the
-    fraction COARSE. `highest` is the largest w times the duration.
+    w and s are multiplied by the duration of a window. At most two windows are chosen: the window
+    whose oscillation explains the largest fraction of the variance, and the last window whose
+    oscillation explains at least the fraction EXPLAINED. The former may contain the end of the
+    motion. The list is empty if no oscillation explains the fraction COARSE. `highest` is the
+    largest allowed product of w and the duration.
     """
     rate, decay, basis = _grid(windows.shape[1])
     about_mean = windows - windows.mean(axis=1, keepdims=True)
@@ -143,7 +145,7 @@ def coarse_fits(windows: Matrix, highest: float) -> list[tuple[int, float, float
 def free_oscillation(
     stop: StopWindow, rate: float, decay: float, axis: Rigidity
 ) -> FreeOscillation | None:
-    """Return the free oscillation after `stop`, or None if it is not free or not an oscillation.
+    """Return the free oscillation in `stop`, or None if the motion is not a free oscillation.
 
     rate, decay: start values of w [rad/s] and s [1/s].
     """

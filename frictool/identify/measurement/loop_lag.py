@@ -19,7 +19,7 @@ from frictool.identify.regression.brent_minimum import bounded_minimum
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.typing import Vector
 
-PARTS = 30  # parts of the record, each left out in turn
+PARTS = 30  # number of parts of the record, each left out in turn
 SHORTEST, LONGEST = 0.25, 500.0  # bounds of the lag, in sample periods
 LARGEST_ERROR = 0.3  # largest residual relative to the measured current's standard deviation
 SURE = 3.0  # least distance of the lag from 0, in standard deviations

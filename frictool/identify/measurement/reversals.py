@@ -21,9 +21,9 @@ and Lovell). For the delay, only the loads are removed.
 
 Schwarz's criterion (BIC) decides whether the model includes a backlash. A backlash is reported only
 if it also explains the effort better than a gradual rise of friction, as in presliding or in an
-elastic drive train. Such a rise has the share 1 - advance/width or e^(-advance/width) instead of
-[advance < width]. The intervals of backlash and delay come from a jackknife over strokes. The
-position of a reversal is known to within an encoder count.
+elastic drive train. For such a rise, 1 - advance/width or e^(-advance/width) replaces [advance <
+width]. The intervals of backlash and delay come from a jackknife over strokes. The position of a
+reversal is known to within an encoder count.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class ReversalRows:
     - effort, stroke: weighted mean of the effort, and number of the stroke, (n,)
     - advance: distance since the last reversal, (m,), rad | m
     - sign, moving: direction of the motion (+-1 or 0) and velocity, (m,)
-    - mask: True for samples in the middle of the window of a row, (m,)
+    - mask: True for each sample that is the middle of a row's window, (m,)
     - g: weights of the means, the test function of the weak form
     - count: encoder resolution, rad | m
     - period: sample period, s
@@ -113,8 +113,9 @@ class ReversalRows:
     def inside(self, width: float, rise: Rise) -> Matrix:
         """Return the weighted means (n, 2) of direction and velocity inside the backlash.
 
-        `width` is the full width of the backlash [rad | m]. Samples outside count as 0. The weight
-        of a sample falls gradually from 1 to 0 over the length `width` if `rise` is not "step".
+        `width` is the full width of the backlash [rad | m]. If `rise` is "step", samples outside
+        the backlash count as 0. Otherwise, the friction rises gradually: the weight of a sample is
+        1 - advance/width ("linear") or e^(-advance/width).
         """
         if rise == "step":
             blurred = np.maximum(np.abs(self.moving) * self.period, self.count)
@@ -222,7 +223,7 @@ class ReversalRegression:
         return value, self.effort - columns @ value
 
     def squares(self, width: float, rise: Rise) -> float:
-        """Return the sum of squared residuals of the fit with this backlash or rise."""
+        """Return the sum of squared residuals of a fit with this backlash or gradual rise."""
         return float(np.sum(self.fit_of(width, rise)[1] ** 2))
 
     def best_width(self, widest: float, rise: Rise = "step") -> float:

@@ -1,14 +1,14 @@
 """Resonance that the position shows after the axis has stopped.
 
-The first windows after each stop are searched for a free oscillation (`free_oscillation.py`), in
-WINDOWS of different length. A single oscillation may be chance, or an impact. The axis rings if
+The first windows after each stop, with the lengths WINDOWS, are searched for a free oscillation
+(`free_oscillation.py`). A single oscillation may be chance, or an impact. The axis rings if
 
 - at least LEAST_STOPS stops, and at least half of all stops with an oscillation, agree in the
   frequency within AGREE
 - the oscillations decay: none grows significantly, and their mean decay differs from 0 by CERTAIN
-  standard errors. The amplitude of a self-excited oscillation increases and decreases.
-- effort and load do not cause the oscillations: the mean `share` of the acceleration that they
-  explain (`free_oscillation.py`) is significantly below DRIVEN
+  standard errors. The amplitude of a self-excited oscillation also increases at times.
+- effort and load do not cause the oscillations: the mean `share` of the acceleration that effort
+  and load explain (`free_oscillation.py`) is significantly below DRIVEN
 """
 
 from __future__ import annotations
@@ -35,13 +35,16 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 WINDOWS = (0.1, 0.2, 0.4, 0.8, 1.6)  # s
-SAMPLES = 120  # most samples in a window; samples of the log are averaged
-LEAST_SAMPLES = 18  # fewest samples of the log in a window
-PER_CYCLE = 6.0  # fewest samples of the log in a cycle
-STARTS = 12  # windows after a stop, which start a sixteenth of a window apart
-DRIFT = 0.25  # at rest, most change of the mean between a window's halves, relative to its range
+SAMPLES = 120  # largest number of samples in a window; if the log has more, they are averaged
+LEAST_SAMPLES = 18  # least number of the log's samples in a window
+PER_CYCLE = 6.0  # least number of the log's samples in a cycle
+# number of windows after a stop; successive windows start a sixteenth of a window apart
+STARTS = 12
+# at rest, largest difference between the means of a window's halves, relative to its range
+DRIFT = 0.25
 LEAST_RANGE = 3.0  # least range of the position in a window, counts
-LEAST_REVERSALS = 3  # fewest changes of the direction in a window; two visible cycles have four
+# least number of changes of direction in a window; two visible cycles have four
+LEAST_REVERSALS = 3
 APART = 4.0  # least range of the position between two stops, in amplitudes
 LEAST_STOPS = 2
 AGREE = 0.1  # relative difference
@@ -171,7 +174,7 @@ def _in_windows(record: MotionRecord, window: float, axis: Rigidity) -> Iterator
 
 
 def _stops(position: Vector, samples: int, count: float) -> Iterator[int]:
-    """Yield the start of the first window of each rest in which the position still moves.
+    """Yield, for each rest, the start of the first window in which the position still moves.
 
     The windows of `position` (n,) have `samples` samples; `count` is the encoder count.
     """

@@ -43,7 +43,7 @@ from frictool.typing import Matrix, Vector
 
 RESISTANCE, BACK_EMF, INDUCTANCE = "resistance", "back_emf_constant", "inductance"
 COLUMNS = (RESISTANCE, BACK_EMF, INDUCTANCE)
-PARTS = 30  # parts of the logs, each left out in turn
+PARTS = 30  # number of parts of the logs, each left out in turn
 OVERLAP = 6  # windows per window length
 LONGEST = 200_000  # largest number of samples of a log that are used
 EARLIEST, LATEST = -1.0, 4.0  # bounds of the delay, in sample periods

@@ -34,7 +34,7 @@ def joint_probability(parts: Tensor, cluster: IntVector, tested: Sequence[int]) 
     Returns
     -------
     float
-        p-value; 1 if there are too few clusters or a single cluster determines a parameter.
+        p-value; 1 if there are too few clusters, or if one cluster alone determines a parameter.
     """
     try:
         value, scale, _ = least(parts)

@@ -129,7 +129,7 @@ def _jackknife(
     whole = products.sum(axis=0)
     remaining = whole - products
     usable = np.linalg.eigvalsh(remaining)[:, 0] > SINGULAR * np.trace(whole)
-    # a single cluster determines a parameter, so that the parameter's scatter cannot be computed
+    # one cluster alone determines a parameter, so that the scatter of this parameter is unknown
     if not usable.all():
         return np.full(size, np.inf), np.ones(size)
     shift = np.linalg.solve(remaining, scores[:, :, None])[:, :, 0]

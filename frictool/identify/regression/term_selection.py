@@ -17,7 +17,8 @@ from frictool.identify.regression.regression import SingularRegressors, least
 from frictool.identify.regression.tsqr import Tensor
 from frictool.typing import IntVector, Vector
 
-WORTH = 0.8  # largest rms prediction error with added parameters, relative to the error without
+# largest rms prediction error with added parameters, relative to the error without them
+WORTH = 0.8
 
 
 def held_out_squares(

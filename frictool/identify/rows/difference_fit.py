@@ -3,7 +3,7 @@
 The acceleration is the second difference of the position, the velocity the central difference. The
 effort is averaged with the triangular weights of the second difference. All signals of a row then
 refer to the same time. The backward difference of thesis (4.2) would be late by half a sample.
-Without the average, an effort that is held between samples would be early by half a sample.
+Without the average, an effort that is held from sample to sample would be early by half a sample.
 """
 
 from __future__ import annotations
@@ -107,9 +107,9 @@ def _rows(record: MotionRecord, time_constant: float) -> RegressionSamples:
 def _low_pass(signal: Vector, time_constant: float, period: float) -> Vector:
     """Return a signal (n,) filtered by 1/(time_constant s + 1), discretised by Tustin's method.
 
-    Zero-order hold would pass a part of the encoder's noise at half the sampling rate; this noise
-    changes the inertia in table 4.1 of the thesis by -13 %. The filter starts in the steady state
-    of the first value.
+    A filter that is discretised with zero-order hold would pass a part of the encoder's noise at
+    half the sampling rate. This noise would change the inertia in table 4.1 of the thesis by -13 %.
+    The filter starts in steady state at the first value of the signal.
     """
     if time_constant == 0.0:
         return signal

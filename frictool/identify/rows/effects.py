@@ -19,14 +19,14 @@ over these samples.
     friction_over_position  s P_k(x), k = 1 to 3                over the record's travel
     load_over_position      P_k(x), k = 1 to 3                  part of a long ripple
     inertial_friction       s |a|                               friction under the inertial load
-    delay                   -du/dt                              current read late, or current loop
-    resonance               a''                                 one compliance, to first order
+    delay                   -du/dt                              late current, or current-loop lag
+    resonance               a''                                 one elastic link, to first order
 
 With I(p) = (e^p - 1)/p and p = r h + k h^2, the columns of `temperature` fit a viscous friction
 proportional to e^p, and a Coulomb friction proportional to e^(q h); `temperature_shape.py`
 estimates r, k and q. `eccentricity` is the first-order effect of a small e if the true position is
-x + e sin(x + phase). `delay` and `resonance` are the first terms of the Taylor series in the delay
-and in the square of the resonance's period.
+x + e sin(x + phase). `delay` is the first term of a Taylor series in the delay, `resonance` of a
+Taylor series in the square of the resonance's period.
 """
 
 from __future__ import annotations
@@ -51,7 +51,8 @@ DRIFT_ORDER, WARMING_ORDER, TRAVEL_ORDER = 4, 2, 3
 WARMING: Term = "warming"
 DELAY: Term = "delay"
 TEMPERATURE: Term = "temperature"
-# changes of viscous and of Coulomb friction per kelvin, and of viscous friction per square kelvin
+# parameters of `temperature`: change of viscous and of Coulomb friction per kelvin, and change of
+# viscous friction per square kelvin
 TEMPERATURE_NAMES = ("viscous_temperature", "coulomb_temperature", "viscous_curvature")
 # physical names of the loads and effects in all messages
 WHAT: dict[Term, str] = {
@@ -81,7 +82,8 @@ class SmoothedMotion:
     - window: length of the smoothing window, samples
     - sign: direction of the stroke, +1, -1, or 0 without motion
     - used: True for the samples in the regression
-    - every: True if columns are computed at all samples instead of those in the regression
+    - every: True if columns are computed at all samples; False if only at the samples in the
+      regression
     """
 
     record: MotionRecord
@@ -173,9 +175,10 @@ def _warming(motion: SmoothedMotion) -> tuple[Vector, ...]:
 def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
     """Return the columns for changes of friction per kelvin at the reference temperature.
 
-    At h kelvin above the reference temperature, a friction F becomes F exp(p) with p = r h + k h^2;
-    r is its rate and k its curvature. With I = (exp(p) - 1)/p, F exp(p) equals F + F r h I + F k
-    h^2 I. If the curvature of the record is 0, the column of k is left out.
+    At h kelvin above the reference temperature, a friction F becomes F exp(p) with p = r h + k h^2.
+    r [1/K] is the relative change of F per kelvin at h = 0, and k [1/K^2] is the coefficient of h^2
+    in p. With I = (exp(p) - 1)/p, F exp(p) equals F + F r h I + F k h^2 I. If the curvature of the
+    record is 0, the column of k is left out.
     """
     warm = motion.record.temperature
     if warm is None:

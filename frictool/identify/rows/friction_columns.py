@@ -28,10 +28,10 @@ from frictool.identify.rows.smoothing import SHORTEST
 from frictool.plant.weak_form import bell
 from frictool.typing import Vector
 
-HIGHEST = 6  # highest order of the polynomials, as for the breakaway
+HIGHEST = 6  # highest order of the polynomials of the position, as for the breakaway
 CUBIC = 3  # degree of the Savitzky-Golay polynomial
-# length of the polynomial's window relative to the test function's window; the speed of a longer
-# polynomial is biased at the top speeds
+# length of the polynomial's window relative to the test function's window; with a longer window,
+# the speed would be biased near the top speeds
 SPEED_SHARE = 0.3
 
 

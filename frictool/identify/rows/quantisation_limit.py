@@ -3,9 +3,9 @@
 The test is thesis (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of
 the second difference. Quantisation changes the acceleration by at most D_a = step/2 sum|h|, which
 shifts the inertia J by up to J D_a/a. Here a is the rms of the acceleration that the other
-regressors do not explain: in strokes of one speed, a is small, because the acceleration is nearly
-proportional to the difference from this speed. Identification is useful only if the shift is less
-than the half width of the interval of the inertia in bench.yaml.
+regressors do not explain: if all strokes have the same speed, a is small, because the acceleration
+is nearly proportional to the difference between the velocity and this speed. Identifying the
+inertia is useful only if the shift is less than half the width of its interval in bench.yaml.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def unresolved_inertia(
     - smoothing: description of the filter for the message
     """
     prior = bench.mechanics.inertia
-    # without an interval in the bench, an error of up to 100 % is useful
+    # without an interval in bench.yaml, an inertia with an error of up to 100 % is still useful
     known = _known(prior)
     error = acceleration_error(record.count, response)
     bound = prior.value * error / acceleration if acceleration > 0.0 else math.inf
@@ -49,7 +49,7 @@ def unresolved_inertia(
 
 
 def hidden_by_noise(noise: float, own: float, bench: Bench) -> bool:
-    """Return True if noise can change the fitted inertia by more than the bench's range.
+    """Return True if noise can change the fitted inertia by its half width in bench.yaml or more.
 
     `own` is the rms acceleration [rad/s^2 | m/s^2] that the other regressors do not explain. Noise
     with the rms `noise`, which is a part of `own`, multiplies the fitted inertia by 1 -
@@ -60,7 +60,7 @@ def hidden_by_noise(noise: float, own: float, bench: Bench) -> bool:
 
 
 def _known(prior: Quantity) -> float:
-    """Return the half width of the interval in bench.yaml, or the value if it has no interval."""
+    """Return the half width of the interval of `prior`, or its value if it has no interval."""
     return 0.5 * (prior.interval[1] - prior.interval[0]) or prior.value
 
 

@@ -49,7 +49,7 @@ class RegressionSamples:
 
     - acceleration, velocity, effort: signals in SI units, with the same filter, (n,)
     - stroke: ascending number of the stroke, (n,)
-    - sign: direction s of the motion, with the filter of the signals, (n,)
+    - sign: direction s of the motion, filtered like the signals, (n,)
     - counts: distance between successive rows, in encoder counts, (n,)
     - known_offset: offset of the bench, N m | N, or None. Without this offset, motion in one
       direction does not determine Coulomb friction.
@@ -82,7 +82,7 @@ class RegressionSamples:
 
     @cached_property
     def own_acceleration(self) -> float:
-        """Return the rms acceleration [rad/s^2 | m/s^2] that other regressors do not explain."""
+        """Return the rms acceleration that other regressors do not explain, rad/s^2 | m/s^2."""
         others = np.array([*self.columns[1:], *self.loads.values()])
         shared = others @ self.acceleration
         explained = shared @ np.linalg.lstsq(others @ others.T, shared, rcond=None)[0]
@@ -213,7 +213,7 @@ def fit(
         solution = solve_triangles(weighted, cluster)
         width = outside.widened(kept, solution.half_width(confidence))
     estimates |= intervals_around(kept, solution.value, width)
-    # the estimate so far is viscous friction backward minus forward
+    # the estimate is viscous friction backward minus forward; the forward value is added
     if "viscous_backward" in estimates and "viscous" in samples.fixed:
         estimates["viscous_backward"] = shifted(
             estimates["viscous_backward"], samples.fixed["viscous"].value

@@ -1,19 +1,19 @@
 """Fits of the smoothed samples at which the axis certainly slips, with any weights.
 
-An inertia that cannot be identified remains in the regression. Over whole strokes, acceleration is
-nearly orthogonal to the velocity and to the sign of the velocity, so that the inertia hardly widens
-the other intervals.
+An inertia that cannot be identified remains a parameter of the regression. Over whole strokes, the
+acceleration is nearly orthogonal to the velocity and to the sign of the velocity, so that the
+inertia hardly widens the other intervals.
 
 Noise makes the fitted inertia too small. If all strokes have one speed, only the samples near
 reversals separate viscous from Coulomb friction. The error of the inertia then shifts viscous and
-Coulomb friction. The intervals of the other parameters therefore include the fits with every
-inertia from the fitted value to the value without this error (`_unattenuated`). If noise may hide
-the inertia completely (`hidden_by_noise`), the other parameters are fitted with the inertia in
-bench.yaml, and their intervals include the range of this inertia.
+Coulomb friction. The intervals of the other parameters therefore include the values fitted with
+every inertia between the fitted inertia and the inertia without this error (`_unattenuated`). If
+noise may hide the inertia completely (`hidden_by_noise`), the other parameters are fitted with the
+inertia in bench.yaml, and their intervals include the range of this inertia.
 
 The smoothing window is chosen twice. The first window is so long that noise hardly changes the
-inertia. The second is the shortest window with which noise decreases the fitted inertia by less
-than a fifth of the standard deviation of the inertia. A short window loses fewer samples near
+fitted inertia. The second is the shortest window with which noise decreases the fitted inertia by
+less than a fifth of the standard deviation of the inertia. A short window loses fewer samples near
 reversals.
 """
 
@@ -220,7 +220,7 @@ def slipping(
     """Return the samples at which the axis certainly slips, and the longest smoothing window used.
 
     - share: allowed ratio of noise to acceleration, from which the window of each record follows
-    - window: smoothing window for all records, samples; None to choose the window
+    - window: smoothing window for all records, samples; None for windows that follow from `share`
 
     Raises UnusableLogs if the axis never slips for a whole smoothing window.
     """

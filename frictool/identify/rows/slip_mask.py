@@ -22,8 +22,8 @@ derivative. This velocity then replaces the first one. Because the effort is fil
 lag, the first SETTLED time constants of each slip are not used: the filtered friction still
 contains the effort before this slip.
 
-A few samples of rest would shift the parameters, because the effort at rest takes any value up to
-the breakaway.
+Even a few samples at rest would shift the parameters, because the effort at rest takes any value up
+to the breakaway.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def slip_mask(
 
 
 def _certain_motion(record: MotionRecord) -> float:
-    """Return the least change of the measured position that noise does not cause, rad | m."""
+    """Return the smallest change of position [rad | m] that noise alone cannot cause."""
     return COUNTS * math.sqrt(12.0) * position_noise(record)
 
 
@@ -132,9 +132,9 @@ def mean_velocity(
     shorter: it ends where the last position of the stroke is first reached.
 
     After this end, the axis rests or turns. An axis that turns with a constant deceleration,
-    without a rest, stays in its last count for at most TURN c/v. Here c is the count, and v the
-    speed before this count. If the axis stays longer, the velocity in this count is 0, else the
-    velocity of the last motion.
+    without a rest, stays in its last count for at most TURN c/v. Here c [rad | m] is the encoder
+    count, and v the speed before the last count. If the axis stays longer, the velocity in this
+    count is 0, else the velocity of the last motion.
     """
     turn = TURN / COUNTS * distance
     first = 0

@@ -13,7 +13,8 @@ from frictool.identify.rows.smoothing import position_noise
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-# least motion back after a reversal, in encoder counts; quantisation causes one count to and fro
+# least motion back after a reversal, in encoder counts; quantisation alone causes a motion of one
+# count back and forth
 COUNTS = 1.5
 # least motion back after a reversal, relative to the range; noise of a fine encoder causes less
 SHARE_OF_RANGE = 1e-3
@@ -26,8 +27,8 @@ NOISES = 8.0
 def turning_points(position: Vector, threshold: float, points: NDArray[np.int64]) -> int:
     """Write the indices of the reversals of `position` (n,) into `points`; return their number.
 
-    A reversal counts if the position then moves back by more than `threshold`. The first and last
-    sample are not reversals.
+    A change of direction is a reversal if the position then moves back by more than `threshold`.
+    The first and the last sample are not reversals.
     """
     count, direction, extreme = 0, 0, 0
     lowest, highest = 0, 0

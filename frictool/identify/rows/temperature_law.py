@@ -39,7 +39,7 @@ def temperatures(records: Sequence[MotionRecord]) -> FrictionOverTemperature | N
 
 
 def varies(law: FrictionOverTemperature | None) -> bool:
-    """Return whether the range of temperatures is large enough to fit a change of friction."""
+    """Return whether the temperature range of `law` is large enough to fit a change of friction."""
     return law is not None and law.over.high - law.over.low >= LEAST_RANGE
 
 

@@ -17,20 +17,22 @@ intervals may fit the log, but the model's values do not.
 The force error says nothing about samples at rest, and an unstable model may have a small force
 error. A model whose simulated position strays therefore does not reproduce the log, either:
 
-- If a controller holds the position, or a spring or gravity that exceeds friction and effort error,
-  the position must stay in the travel of the bench, extended by `limit` times the travel.
-- Other simulations drift, because the axis integrates errors of the effort. An rms error e moves a
-  sliding axis of inertia J and viscous friction b by at most e T min(1/b, T/J) during the time T.
-  If a model with a spring or gravity drifts further than this bound, it is unstable.
+- If the position is held by a controller, or by a spring or gravity with more effort than friction
+  and effort error together, it must stay in the travel of the bench, extended by `limit` times the
+  travel.
+- Without such a holding effort, the simulated position drifts, because the axis integrates errors
+  of the effort. An rms error e moves a sliding axis of inertia J and viscous friction b by at most
+  e T min(1/b, T/J) during the time T. If a model with a spring or gravity drifts further than this
+  bound, it is unstable.
 
 The effort of a servo is computed from the few counts between goal and position. The error of a
 servo is therefore the rms position error, relative to the rms distance between goal and position,
 and `intervals` is 0.
 
 A model that explains nothing has a force error of 100 %. If the limit exceeds 100 %, an error
-within it therefore decides nothing. Breakaway ramps contain hardly more than the first moments of
-slip, in which friction falls from the breakaway to the Coulomb friction. In a log of ramps, an
-error above the limit therefore decides nothing.
+within the limit therefore decides nothing. Breakaway ramps contain hardly more than the first
+moments of slip, in which friction falls from the breakaway to the Coulomb friction. In a log of
+ramps, an error above the limit therefore decides nothing.
 """
 
 from __future__ import annotations
@@ -223,11 +225,11 @@ def _intervals(model: Model, values: Values, rows: SlipRows) -> float:
 def _stray(
     model: Model, values: Values, motion: SimulatedMotion, limit: float, rows: SlipRows
 ) -> str | None:
-    """Return in words how far the simulated position strays; None if it does not."""
+    """Return in words how far the simulated position strays; None if it does not stray."""
     load = None if model.laws is None else model.laws.load
     loaded = load is not None and (load.stiffness is not None or load.gravity is not None)
     if not (loaded or motion.held):
-        return None  # drift is normal
+        return None  # without a load or a controller, drift is normal
     travel = model.bench.mechanics.travel
     low, high = float(np.min(motion.measured)), float(np.max(motion.measured))
     if travel is not None:

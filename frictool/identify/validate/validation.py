@@ -5,7 +5,7 @@ drives the model along the measured reference, and the effort of the controller 
 If the bench has a servo, the servo's firmware drives the model along the logged goal.
 
 If the model is valid on one side of a position only (`valid_side`), the part of the log on this
-side is compared. It is simulated from each entry into this side, with the measured speed.
+side is compared. Each simulation starts where the log enters this side, with the measured speed.
 
 If the friction of the model depends on temperature and the log contains a temperature, the friction
 is computed for the log's mean temperature.
@@ -137,9 +137,10 @@ class Validation(ResultView):
         }
 
     def position_text(self) -> str:
-        """Return the position errors as text; it says if the simulation leaves the measured range.
+        """Return the position errors as text, with a note if they exceed the measured range.
 
-        An rms error above this range is mostly drift, because no feedback holds the simulation.
+        If the rms error exceeds this range, most of it is drift, because no feedback holds the
+        position.
         """
         unit = si_unit("position", self.axis)
         errors = f"{self.position_rmse:.4g} {unit} rms, {self.largest:.4g} {unit} at most"
