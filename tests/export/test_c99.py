@@ -125,7 +125,7 @@ def test_self_test_passes_bit_by_bit(case: str, number: ProgramNumber, exports: 
 
 
 @needs_compiler
-@settings(max_examples=settings.default.max_examples // 4)
+@settings(max_examples=settings.default.max_examples // 6)
 @given(
     controller=controllers(), number=st.sampled_from(NUMBERS), way=ways, seed=st.integers(0, 2**16)
 )

@@ -154,6 +154,7 @@ def test_a_stored_state_continues_with_the_same_bits(
     slave.freeInstance()
 
 
+@pytest.mark.accept  # tests/export/test_axis_fmu.py builds a unit
 @needs_compiler
 def test_fmpy_builds_the_unit(tmp_path: Path) -> None:
     build = pytest.importorskip("fmpy.build", reason="fmpy is not installed")

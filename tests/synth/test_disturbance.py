@@ -224,15 +224,19 @@ def test_a_spring_above_the_breakaway_moves_the_released_axis() -> None:
     assert ends[1.5][1] > model.bench.encoder.resolution
 
 
-def test_synth_accepts_a_spring_and_tells_its_effort_and_its_margin(tmp_path: Path) -> None:
-    model = loaded(stiffness=near(2e-4, 5e-5, unit="N m/rad"))
+def test_synth_accepts_a_load_and_tells_its_effort_and_its_margin(tmp_path: Path) -> None:
+    model = loaded(
+        stiffness=near(2e-4, 5e-5, unit="N m/rad"), gravity=Gravity(near(0.03), near(0.0))
+    )
     text = synth(tmp_path, model)
     assert text.code == 0, text.stderr
-    assert "disturbance: up to spring and offset 0.01575 N m" in text.stdout  # 63 rad of travel
+    told = "disturbance: up to spring and offset 0.01575 + gravity 0.03102 N m"  # 63 rad of travel
+    assert told in text.stdout
     assert "with the spring: stable, modulus margin at least" in text.stdout
     assert "certificate are of the plant without the spring" in text.stdout
     found = json.loads(synth(tmp_path, model, "--json").stdout)["disturbance"]
     assert found["spring"] == pytest.approx(63.0 * 2.5e-4)
+    assert found["gravity"] == pytest.approx(math.hypot(0.031, 0.001))
 
 
 def test_synth_refuses_a_spring_without_a_bound_in_one_line(tmp_path: Path) -> None:
@@ -247,15 +251,6 @@ def test_synth_refuses_a_spring_without_a_bound_in_one_line(tmp_path: Path) -> N
         "0.0002 N m/rad",
         "mechanics.travel",
     )
-
-
-def test_synth_tells_the_disturbance(tmp_path: Path) -> None:
-    model = loaded(gravity=Gravity(near(0.03), near(0.0)))
-    text = synth(tmp_path, model)
-    assert text.code == 0, text.stderr
-    assert "disturbance: up to gravity 0.03102 N m" in text.stdout
-    found = json.loads(synth(tmp_path, model, "--json").stdout)["disturbance"]
-    assert found["gravity"] == pytest.approx(math.hypot(0.031, 0.001))
 
 
 @pytest.mark.accept

@@ -3,6 +3,7 @@ man."""
 
 from __future__ import annotations
 
+import sys
 from functools import cache
 
 import msgspec
@@ -42,7 +43,10 @@ def _problem(domain: Domain = "discrete", delay: int = 1, **changes: object) -> 
 
 @cache
 def _found() -> ControllerCandidate:
-    return rst(_problem())
+    with pytest.MonkeyPatch.context() as patch:  # a shorter refinement than the product's
+        patch.setattr(sys.modules["frictool.synth.rst"], "FREQUENCIES", 6)
+        patch.setattr(sys.modules["frictool.synth.rst"], "STARTS", 1)
+        return rst(_problem())
 
 
 def test_order_integrator_and_stored_forms() -> None:

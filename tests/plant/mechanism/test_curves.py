@@ -44,7 +44,7 @@ def test_two_points_are_a_line() -> None:
     assert curve.slope(np.array([0.0, 2.0, 9.0])).tolist() == [0.0, -2.0, 0.0]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=settings.default.max_examples // 3)
 @given(points, st.lists(st.floats(-1.2, 1.2), min_size=4, max_size=6))
 def test_a_cams_push_is_within_its_stated_error(
     steps: list[tuple[float, float]], angles: list[float]
