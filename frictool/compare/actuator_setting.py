@@ -27,13 +27,13 @@ from frictool.compare.comparison_setting import EFFORT_LIMIT, ComparisonSetting,
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 
-TRAVEL_NEEDED = 8.0  # units of length, travel that the tests need
-SPEED_NEEDED = 1.0  # units of speed, speed that the tests need
-WITHIN_ENCODER = 0.8  # Sigma relative to its bound (3.10), for a fine encoder
+TRAVEL_NEEDED = 8.0  # travel that the tests need, units of length
+SPEED_NEEDED = 1.0  # speed that the tests need, units of speed
+WITHIN_ENCODER = 0.8  # largest Sigma relative to its bound (3.10); limits Sigma for a fine encoder
 ABOVE_STRIBECK = 4.0  # Sigma in units of v_s; section 3.2 requires more than 3
 WITHIN_STEP = 0.8  # T_e in units of its bound (3.11)
-STUCK_IN_A_SAMPLE = 5.0  # p0 T_s of (3.8)
-CONTACT_STEPS = 20.0  # integration steps in sqrt(m/k_1)
+STUCK_IN_A_SAMPLE = 5.0  # p0 T_s, from (3.8)
+CONTACT_STEPS = 20.0  # number of time steps in sqrt(m/k_1)
 
 
 def from_model(model: Model) -> ComparisonSetting:

@@ -13,8 +13,8 @@ breakaway):
 In these units, the amplitudes of stick-slip and limit cycle are proportional to F_s - F_c.
 Therefore the speed of the pulled spring is multiplied by `fall`, and the duration of the position
 loop is divided by `fall` (compare/input_protocol.py). The Stribeck velocity v_s, the presliding
-displacement z_max and the switching speed Sigma are multiplied by `fall` if no document contains
-them. Then the number of stick phases does not depend on `fall`.
+displacement z_max and the switching speed Sigma are multiplied by `fall` if no document states
+them. The number of stick phases then does not depend on `fall`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ STRIBECK_VELOCITY, PRESLIDING, EFFORT_LIMIT, DEAD_BAND = 1e-3, 1e-5, 2.0, 1e-3
 # STEP and SWITCH_VELOCITY are printed as 1e-4, which violates (3.11) and Sigma > 3 v_s
 STEP, SWITCH_VELOCITY, DECAY = 4e-5, 4e-3, 1e3
 PREISACH_INTERVALS = 20
-SHORTEST = 1e-9  # s | m, smallest plausible unit; the largest is 1/SHORTEST
+SHORTEST = 1e-9  # smallest plausible unit of time [s] and length [m]; the largest is 1/SHORTEST
 FALL = 0.5  # (F_s - F_c)/F_c of table 3.1
 LEAST_FALL = 0.1  # smallest fall to which the tests are scaled, relative to FALL
 
@@ -93,7 +93,7 @@ class ComparisonSetting:
     """Parameters of all laws in SI (N m and rad for a rotary axis).
 
     `sample_period` [s] and `encoder_step` [m | rad] are values of the bench. They limit the decay
-    rate and the switching speed (thesis (3.8), (3.10)), and are None if there is no bench.
+    rate and the switching speed (thesis (3.8), (3.10)). Both are None if there is no bench.
     """
 
     name: str

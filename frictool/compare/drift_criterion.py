@@ -9,7 +9,7 @@ from frictool.compare.trajectory import LawTrajectory
 
 BEGIN, END = 5.0, 102.0  # s, at the same phase of the wave
 CYCLES = round((END - BEGIN) * FREQUENCY)
-LIMIT = 1.0  # z_max, largest displacement without drift
+LIMIT = 1.0  # largest displacement without drift, units of z_max
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,10 @@ from frictool.typing import Vector
 # velocities (n,) [m/s], time steps (n,) [s] -> friction (n,) [N], from a fresh contact
 Follow = Callable[[Vector, Vector], Vector]
 
-SLIDE = 40.0  # z_max, sliding distance after which the friction is steady
+SLIDE = 40.0  # sliding distance after which the friction is steady, units of z_max
 STEPS_PER_Z_MAX = 50
 SPEEDS = np.logspace(-1.0, 2.0, 13)  # in v_s
-FAST = 1.0  # units of speed, far above the Stribeck velocity
+FAST = 1.0  # speed far above the Stribeck velocity, units of speed
 # smallest difference of friction that counts, relative to F_c; for the Stribeck effect, relative to
 # 2 (F_s - F_c), which equals F_c in table 3.1
 NOTICEABLE = 0.01
@@ -68,7 +68,7 @@ def viscous_friction(follow: Follow, setting: ComparisonSetting) -> str:
 def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
     """Return `±` if friction differs between rising and falling speed, else `-`.
 
-    The mass slides with oscillating speed. `law_simulator.py` sets `+` if the document declares a
+    The mass slides at an oscillating speed. `law_simulator.py` sets `+` if the document declares a
     lag of the friction (`film`).
     """
     period = setting.scales.time / MEMORY_FREQUENCY
@@ -110,9 +110,9 @@ def stiction(compliance: bool, holds: bool, settles: bool) -> str:
 def settles(law: Callable[[float, float], tuple[float, float]], setting: ComparisonSetting) -> bool:
     """Return True if a sliding mass comes to rest in a simulation with a fixed step.
 
-    The effort is half the Coulomb friction; the mass must not move in the second half of the
-    simulation. Euler's method never gives exactly v = 0. With a law that sticks only at v = 0, the
-    mass therefore does not come to rest.
+    The effort is half the Coulomb friction. The mass comes to rest if it does not move in the
+    second half of the simulation. Euler's method never gives exactly v = 0; under a law that sticks
+    only at v = 0, the mass therefore does not come to rest.
 
     `law`: result of `printed_law`.
     """

@@ -20,13 +20,13 @@ from frictool.friction.law import DynamicKernels
 from frictool.friction.law_registry import LAWS
 from frictool.typing import Vector
 
-SLOW = 0.1  # units of v_s; below this speed, a law without exact stick is treated as sticking
+SLOW = 0.1  # speed below which a law without exact stick counts as stuck, units of v_s
 SHORTEST_STICK = 0.1  # units of time
 YIELD_FORCE = 0.25
 YIELD_SAMPLES = 3001
 RETURNED = 0.5
-SLOW_RATE, FAST_RATE = 0.1, 1.0  # units of force per unit of time, rates of the two ramps
-RAMP_END = 1.15  # units of F_s, end of a ramp
+SLOW_RATE, FAST_RATE = 0.1, 1.0  # rates of the two ramps, units of force per unit of time
+RAMP_END = 1.15  # force at the end of a ramp, units of F_s
 RAMP_SAMPLES = 60_001
 MOST_STEPS = 1e9  # largest number of steps of a run
 # limits in units of time, length and speed
@@ -37,7 +37,7 @@ SETTLED = 5.0  # s, time from which the mass must stand still in the drift test
 
 
 def law_values(setting: ComparisonSetting) -> dict[str, float]:
-    """Return the values, by name, from which the parameters of the laws are computed."""
+    """Return by name the values of `setting` from which the laws compute their parameters."""
     return {
         "coulomb": setting.coulomb,
         "breakaway": setting.breakaway,
@@ -137,7 +137,7 @@ class LawSimulator:
             self.packed(law)
 
     def refusals(self, laws: tuple[str, ...]) -> dict[str, str]:
-        """Return why a law does not support an extension of the setting, for each such law."""
+        """Return the reason, for each law that does not support an extension of the setting."""
         reasons = {}
         for law in laws:
             try:
@@ -154,7 +154,7 @@ class LawSimulator:
         return LAWS[law].pack_shared(law_values(self._setting), self._setting.axis)
 
     def defaults(self, laws: tuple[str, ...]) -> list[str]:
-        """Return a line for each parameter of `laws` for which the default value is used."""
+        """Return a line of text for each parameter of `laws` that has its default value."""
         values = law_values(self._setting)
         return [
             f"{law} is compared with {parameter.name} = {parameter.default:g} "

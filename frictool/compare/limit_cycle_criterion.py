@@ -30,8 +30,8 @@ class LimitCycleResult:
     def verdict(self, reference: LimitCycleResult) -> str:
         """Return `+` or `-` by comparison with the exact law, simulated event by event.
 
-        The symbol is `+` if the cycle lasts, and the periods of the two laws differ by at most 5 %.
-        The symbol is also `+` if the cycle dies out with both laws.
+        The symbol is `+` in two cases: the cycle lasts with both laws, and the two periods differ
+        by at most 5 %; or the cycle dies out with both laws.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

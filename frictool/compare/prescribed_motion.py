@@ -83,8 +83,8 @@ def _hybrid(
 def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
     """Return a static law as printed in the thesis: it maps (v, u) to (friction, mass velocity).
 
-    v is the velocity, u the effort. A law that treats low speeds as rest returns the velocity 0 at
-    these speeds.
+    v is the velocity, u the effort. The mass velocity is v. It is 0 at low speeds for a law that
+    treats low speeds as rest.
     """
     kernels = law.kernels
     assert isinstance(kernels, StaticKernels)

@@ -1,4 +1,4 @@
-"""Stick-slip (thesis 3.7.2): number of sticks and period, compared with an exact simulation."""
+"""Stick-slip (thesis 3.7.2): number of sticks and their period, compared with the exact law."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from frictool.compare.trajectory import LawTrajectory
 
-STICKS_MISSING = 1  # stick phases that may be missing; the exact law has 9 with table 3.1
+STICKS_MISSING = 1  # largest number of missing stick phases; the exact law has 9 with table 3.1
 PERIOD_TOLERANCE = 0.02
 
 
@@ -21,6 +21,7 @@ class StickSlipResult:
     - period_s, jump: mean time and mean distance from one stick to the next; None for fewer than
       two sticks
     - stuck_share: fraction of the time in which the speed is below the Stribeck velocity
+    - top_speed: largest speed, m/s | rad/s
     """
 
     sticks: int
@@ -33,9 +34,8 @@ class StickSlipResult:
     def verdict(self, reference: StickSlipResult) -> str:
         """Return `+` or `-` by comparison with the exact law, simulated event by event.
 
-        The symbol is `+` if the law has at most one stick fewer than the exact law, and the periods
-        of the two laws differ by at most 2 %. The symbol is also `+` if both laws have at most one
-        stick.
+        The symbol is `+` in two cases: the law has at most one stick fewer than the exact law, and
+        the two periods differ by at most 2 %; or both laws have at most one stick.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

@@ -1,4 +1,4 @@
-"""Figures of a comparison: figures 3.11 to 3.25 of the thesis, and such figures of other laws."""
+"""Figures of a comparison: figures 3.11 to 3.25 of the thesis, and the same for other laws."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ NAMES = {
     "drift_zoom": "Drift test, last two seconds",
 }
 
-SIGNALS = {  # what a figure of a test shows, from top to bottom
+SIGNALS = {  # signals in a figure of a test, from top to bottom
     "stick_slip": "position, velocity and friction over time",
     "limit_cycle": "position, velocity and friction over time",
     "presliding": "one loop",

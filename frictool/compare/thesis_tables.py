@@ -37,8 +37,8 @@ TABLE_2_1: dict[str, tuple[str, ...]] = {
     "elasto_plastic": ("D", "-", "±", "±", "+", "+", "+", "-", "+", "8"),
     "leuven": ("D", "-", "±", "±", "+", "+", "+", "+", "+", ">8"),
 }
-# for each law, by (row, computed cell): reason why the computed cell differs from the printed cell,
-# with the parameters of table 3.1; all other cells are equal
+# reasons why a computed cell differs from the printed cell with the parameters of table 3.1, by law
+# and then by (row, computed cell); all other cells are equal
 OTHER_PARAMETERS = "caused by these parameters; the parameters of table 3.1 give the printed value"
 _SMOOTHED = {
     ("non_drift", "+"): (

@@ -9,7 +9,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import FROM_LOGS, Estimate, Quantity
 from frictool.identify.fit_result import CURVE, PARAMETERS, Interval
 
-FORCES = PARAMETERS  # an error of the drive constant scales these parameters if they are from logs
+FORCES = PARAMETERS  # parameters that an error of the drive constant scales, if they are from logs
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class ParameterIntervals:
     """Estimate of one parameter, its absolute interval, and its value in bench.yaml.
 
     - absolute: interval that includes the uncertainty of the drive constant
-    - bench: None if bench.yaml does not state the parameter
+    - bench: quantity in bench.yaml; None if bench.yaml does not state the parameter
     """
 
     name: str
@@ -37,7 +37,7 @@ class ParameterIntervals:
 
     @property
     def relative_half_width(self) -> float:
-        """Return half of the interval's width divided by the value; infinity if the value is 0."""
+        """Return the interval's half width divided by |value|; infinity if the value is 0."""
         low, high = self.estimate.interval
         value = abs(self.estimate.value)
         return 0.5 * (high - low) / value if value > 0.0 else float("inf")

@@ -1,7 +1,7 @@
 """Choice of the identification methods that suit a log.
 
 With a bench, each method is tried on the log (`method_trials.py`). Without a bench, the choice is
-based on signals, sampling and motion only, so that a chosen method may still refuse the log.
+based on signals, sampling and motion only; a chosen method can then still refuse the log.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from frictool.logs.quality.survey import POSITION, StreamSurvey
 THE_LOG = "the log"  # name of the examined log in messages
 BREAKAWAY, VELOCITY = "breakaway", "velocity"
 DRIVES = ("effort", "current", "voltage")
-# largest encoder step at which differences of the position show the direction of motion, relative
-# to the distance that the axis moves in one sample at top speed
+# largest encoder step with which differences of the position show the direction of motion; the step
+# is relative to the distance that the axis moves in one sample at top speed
 COARSEST = 0.1
 
 
@@ -30,8 +30,9 @@ def applicable_methods(
     """Return for each method the reason why a log does not suit the method, or None.
 
     The key `breakaway` stands for the evaluation of breakaway ramps. `stream` contains statistics
-    of the log's signals. `kind` is the detected kind of test, such as "ramp" or "rest". If
-    `known_offset` is True, the bench states the offset, so that motion in one direction suffices.
+    of the log's signals. `kind` is the kind of test that was detected in the log, such as "ramp" or
+    "rest"; None if no kind was detected. If `known_offset` is True, the bench states the offset, so
+    that motion in one direction suffices.
     """
     record = None
     why = _nothing_to_use(stream, kind)

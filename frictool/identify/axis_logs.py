@@ -36,17 +36,17 @@ LOOKS_SLIDING = "looks like sliding motion, but is given as a log of ramps"
 class AxisLogs:
     """Logs of one axis, the bench of the axis, and the requested method.
 
-    - sliding: records of sliding motion, without the intervals in which the effort is constant;
-      empty if `unmeasured` states a reason
+    - sliding: records of sliding motion, without the samples whose effort is constant although the
+      speed varies (`constant_effort.py`); empty if `unmeasured` states a reason
     - ramps: records of breakaway ramps
-    - rows: slipping samples of the sliding records
+    - rows: samples of the sliding records at which the axis slips
     - kinds: kind of each log, `sliding` or `ramp`; the key is the name of the log
     - unmeasured: reason why a sliding record has no valid measurement of effort or position; None
       if all records have valid measurements
     - drive_off: True if the drive was off in the sliding records (`coast_down.py`)
-    - unused_ramps: reason why a log of ramps was left out of `ramps`; None if none was left out
-    - kink: kink of the load if samples on one side of the kink were removed (`on_one_side`), else
-      None
+    - unused_ramps: reason why a log with ramps is not in `ramps`; None if there is no such log
+    - kink: kink (abrupt change) of the load if the samples on one side of the kink were removed
+      (`on_one_side`), else None
     """
 
     sliding: list[MotionRecord]
@@ -63,7 +63,7 @@ class AxisLogs:
     kink: LoadKink | None = None
 
     def find_kink(self, load: LoadTerms | None) -> LoadKink | None:
-        """Return the kink of the load that the sliding records show, or None.
+        """Return the kink (abrupt change) of the load that the sliding records show, or None.
 
         `load` contains load terms that replace the terms of the bench; None to use the terms of the
         bench. The result is also None if the logs are already restricted to one side of a kink
@@ -74,9 +74,9 @@ class AxisLogs:
         return load_kink(self.sliding, self.bench, load, self.settings)
 
     def on_one_side(self, kink: LoadKink) -> AxisLogs:
-        """Return the logs without the samples on the side of the kink with fewer samples.
+        """Return the logs without the samples on one side of the kink, the side with fewer samples.
 
-        A log of ramps is left out if most of its samples lie on the other side.
+        A log of ramps is kept if its median position lies on the side with more samples.
         """
         ramps = [record for record in self.ramps if kink.on_side(np.median(record.position))]
         sliding, ramps = (
@@ -94,13 +94,13 @@ class AxisLogs:
         )
 
     def sensed(self, lag: float) -> AxisLogs:
-        """Return the logs of a position sensor with the first-order lag `lag` [s]."""
+        """Return the logs whose effort is filtered by a lag `lag` [s] of the position sensor."""
         sliding = [sensed(record, lag) for record in self.sliding]
         ramps = [sensed(record, lag) for record in self.ramps]
         return replace(self, sliding=sliding, ramps=ramps, rows=motion_rows(sliding, self.bench))
 
     def with_load(self, laws: Laws | None) -> AxisLogs:
-        """Return the logs with the effort of the load of `laws` stated in the records of ramps."""
+        """Return the logs; the records of ramps state the effort of the load in `laws`."""
         if laws is None:
             return self
         return replace(self, ramps=[with_load(record, laws) for record in self.ramps])
@@ -115,8 +115,8 @@ def sort_logs(
 ) -> AxisLogs:
     """Return the logs of an axis, sorted into sliding motion and breakaway ramps.
 
-    The kind of each of `records` is detected; `ramps` contains ramps only. Raises LogError if a log
-    occurs twice, or cannot come from this axis.
+    The kind of each record in `records` (sliding motion or ramps) is detected; `ramps` contains
+    ramps only. Raises LogError if a log occurs twice, or cannot come from this axis.
     """
     every = [*records, *ramps]
     records = shaped(records, bench)
@@ -162,7 +162,10 @@ def sort_logs(
 
 
 def with_load(record: MotionRecord, laws: Laws) -> MotionRecord:
-    """Return the record with the effort of the load of `laws` as its known load."""
+    """Return the record with the effort of the load in `laws` as its known load.
+
+    The record is unchanged without a load, or without a measured position.
+    """
     if laws.load is None or record.velocity is not None:
         return record
     return replace(record, load=load_law(laws.load).at(record.position))

@@ -2,7 +2,7 @@
 
     logs -> groups() -> LogGroup, ... -> identify_groups(), on several cores -> BatchResult, ...
 
-Each BatchResult with a model becomes one `model.yaml` and one row of the batch's table.
+Each BatchResult is one row of the batch's table. If it has a model, the model is written to a file.
 """
 
 from __future__ import annotations
@@ -57,6 +57,8 @@ class LogGroup:
 class BatchModel:
     """Identified model of one group.
 
+    - identified: interval of each identified parameter, SI units
+    - fit: fit of the sliding logs, or None
     - text: model as YAML
     - view: output of `identify --json` for this model
     """
@@ -145,8 +147,8 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker process.
 
-    - bench: text of bench.yaml, which is copied into the model; a `Bench` does not record which
-      fields the text leaves out
+    - bench: text of bench.yaml, of which the model contains a copy; a `Bench` in place of the text
+      would not record which fields the text leaves out
     - bench_input: entry of the bench in the model's provenance
     - patterns: patterns that extract unit and date from the file name of a log
     """

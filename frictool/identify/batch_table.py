@@ -1,4 +1,4 @@
-"""Table of a batch with one row per model (CSV, Parquet, text, JSON), and tests of the scatter."""
+"""Views of a batch: table with one row per group of logs, JSON, and text on the scatter."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ COLUMNS = (
     *TEXTS[4:],
 )
 MONTH_DAYS = 30.0
-MOST_NAMED = 5  # largest number of units named in one line
+MOST_NAMED = 5  # largest number of machines (units) named in one line
 
 
 def model_file(one: BatchResult) -> str | None:
@@ -117,7 +117,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Return scatter and scatter tests of each parameter that at least two models contain."""
+    """Return the scatter of each parameter that at least two models identify, with its tests."""
     values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:
@@ -162,7 +162,7 @@ def reasons(batch: Sequence[BatchResult]) -> list[str]:
 
 
 def population_lines(parameters: dict[str, Population], bench: Bench) -> list[str]:
-    """Return a text table with the scatter of each parameter between models, and conclusions."""
+    """Return a text table: scatter of each parameter between the models, and a conclusion."""
     if not parameters:
         return []
     width = max(map(len, ("parameter", *parameters))) + 2

@@ -39,7 +39,7 @@ from frictool.identify.rows.position_orders import FITTED_ORDERS
 from frictool.identify.rows.regression_samples import FEWEST_STROKES
 from frictool.identify.sliding_parameters import with_force_error, with_unmodelled_effects
 
-# largest share of ramps after which an unknown load may move the axis back without the drive
+# largest permitted share of ramps after which an unknown load moves the axis back without drive
 MOST_RETURNS = 0.5
 NO_RAMPS = "no log of breakaway ramps was provided"
 MAP_HIDES_OFFSET = (
@@ -113,8 +113,8 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
 def _refuse_returning(logs: AxisLogs, sliding: Outcome) -> None:
     """Raise UnusableLogs if an unknown load moves the axis back after most ramps.
 
-    The load is known if it is part of the model, and if the sliding logs pass the position of the
-    ramps at least 2 FEWEST_STROKES times.
+    The load is known if it is part of the model, and if the sliding logs pass the median position
+    of each log of ramps at least 2 FEWEST_STROKES times.
     """
     known = sliding.laws is not None and sliding.laws.load is not None
     unit = si_unit("position", logs.bench.axis)
@@ -147,10 +147,11 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
 
     If the breakaway varies with position, the sliding parameters that were fitted under the
     assumption of constant friction are replaced. There are two candidates: a regression with
-    friction over position, and a friction map. The map is used if its force error is noticeably
-    smaller, or if there is no regression. If there is neither, or if the sliding logs go far beyond
-    the ramps and there is no regression, only the breakaway depends on position. The same is true
-    if the model has a load or friction by direction, which the map does not include.
+    friction over position, and a friction map. A map is fitted only if the ramps cover at least
+    half of the travel of the sliding logs. The map is used if its force error is noticeably
+    smaller, or if there is no regression. Without a candidate, only the breakaway depends on
+    position. The same is true if the model has a load or friction by direction, which the map does
+    not include.
     """
     ramp, fit, laws = outcome.ramp, outcome.fit, outcome.laws
     if ramp is None or (ramp.by_position is None and ramp.rising is None):
@@ -211,8 +212,8 @@ def _over_position(fit: SlidingFit) -> bool:
 def _with_coulomb_of_ramps(logs: AxisLogs, outcome: Outcome, law: BreakawayOverPosition) -> Outcome:
     """Return the outcome with the mean Coulomb friction over the positions of the ramps.
 
-    The fit gives the mean over the slipping samples. Friction in slip is proportional to the
-    breakaway.
+    The fit gives the mean over the samples in slip. The Coulomb friction is assumed to vary over
+    the position in proportion to the breakaway.
     """
     coulomb = outcome.identified.get("coulomb")
     if coulomb is None or not logs.rows:
@@ -235,8 +236,9 @@ def _fitted_over_position(
     from the weak form if its interval is narrower, or if the repeated fit gives no inertia. If the
     weak form gives none, either, the inertia is refused.
 
-    Return two outcomes. The first contains this inertia. The second contains all parameters of the
-    repeated fit; it is None if there is no such fit, or if the inertia comes from the weak form.
+    Return two outcomes. The first contains the new inertia, or its refusal. The second contains all
+    parameters of the repeated fit. It is None if the repeated fit gives no inertia, or if the
+    inertia comes from the weak form.
     """
     if _over_position(fit):
         return outcome, outcome
@@ -284,9 +286,10 @@ def _weak_inertia(logs: AxisLogs, outcome: Outcome, fit: SlidingFit) -> Outcome 
 
 
 def _refitted(logs: AxisLogs, fit: SlidingFit, law: BreakawayOverPosition) -> SlidingFit | None:
-    """Return a fit with the load terms of `fit`, with widened intervals, or None.
+    """Return a repeated fit with the load terms of `fit` and widened intervals; None if it fails.
 
-    Within the positions of the ramps, the polynomial of the friction has the order of `law`.
+    If the sliding logs stay within the positions of the ramps, the polynomial of the friction over
+    position has the order of `law`.
     """
     inside = all(
         law.low <= end <= law.high
@@ -327,7 +330,7 @@ def _hidden_inertia(logs: AxisLogs, fit: SlidingFit) -> str:
 
 
 def without_impossible_breakaway(outcome: Outcome) -> Outcome:
-    """Return the outcome; refuse a constant breakaway below Coulomb friction."""
+    """Return the outcome in which a constant breakaway below Coulomb friction is refused."""
     identified, ramp = outcome.identified, outcome.ramp
     if (
         ramp is None

@@ -29,18 +29,18 @@ LARGEST_EFFORT = 0.05
 # largest deviation of the effort from its median that counts as noise, divided by the effort at the
 # drive's limit
 LARGEST_NOISE = 0.1
-# largest share of the effort's mean square that the motion explains if the effort is noise
+# largest share of the effort's variance that the motion explains if the effort is noise
 LARGEST_EXPLAINED = 0.5
 LARGEST_MISFIT = 0.5  # largest rms residual, divided by inertia times rms acceleration
 DRIVE_OFF = "the drive was off; such a log shows friction relative to the inertia only"
 
 
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
-    """Return True if the effort is noise, and too small to have caused the acceleration.
+    """Return True if the effort is noise and too small to have caused the acceleration.
 
     An effort is too small if its rms is below 5 % of the rms acceleration times the smallest
-    inertia in bench.yaml. The effort of a driven axis also seems too small if the inertia in
-    bench.yaml is far too large or the unit of the current is wrong, but this effort is not noise.
+    inertia in bench.yaml. A driven axis can have such a small effort too, if the inertia in
+    bench.yaml is far too large or the unit of the current is wrong; this effort is not noise.
     """
     if not rows:
         return False
@@ -55,7 +55,7 @@ def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
 
 
 def _follows_motion(rows: Sequence[SlipRows]) -> bool:
-    """Return True if acceleration, velocity and direction explain the effort better than noise."""
+    """Return True if the motion explains more of the effort's variance than LARGEST_EXPLAINED."""
     effort = np.concatenate([one.effort for one in rows])
     velocity = np.concatenate([one.velocity for one in rows])
     acceleration = np.concatenate([one.acceleration for one in rows])
@@ -74,8 +74,8 @@ def coast_down(
 ) -> SlidingFit:
     """Fit friction and declared loads to motion with the drive off.
 
-    Raises UnusableLogs if friction and declared loads do not explain the deceleration, or if a
-    friction is negative, since then another force drove the axis.
+    Raises UnusableLogs if friction and declared loads do not explain the deceleration, or if the
+    viscous or Coulomb friction is certainly negative, because another force then drove the axis.
     """
     inertia = known_inertia(bench)
     exact = Interval(inertia.value, inertia.value, inertia.value)

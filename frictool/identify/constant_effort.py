@@ -10,7 +10,7 @@ inertia near zero. A constant effort is valid data only
 
 The effort of a stroke is implausible if two conditions hold. For most of the motion, the effort
 stays within a narrow interval of values, here called the band. In this part of the motion, the
-acceleration changes, and this change times the smallest inertia of the bench is several times the
+acceleration changes, and this change times the smallest inertia of the bench exceeds twice the
 width of the band. If at least three quarters of such strokes of a direction have the same effort,
 the samples with this constant effort are removed from every stroke of the direction.
 """
@@ -49,7 +49,7 @@ class ConstantStretch:
 
     - level, band: middle and width of this interval, N m | N
     - direction: direction of motion, +1 or -1
-    - proved: True if the measured acceleration cannot occur with a constant effort
+    - proved: True if the acceleration changes more than a constant effort allows
     """
 
     start: int
@@ -162,7 +162,7 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches at the common effort of the proved stretches; [] without one."""
+    """Return the stretches at the common effort of the proved stretches; [] if there is none."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []

@@ -9,7 +9,8 @@ import numpy as np
 from frictool.errors import LogError
 from frictool.identify.motion_record import MotionRecord
 
-# largest difference relative to the largest effort; copies of a log may be rounded differently
+# largest difference of the efforts of two copies of a log, relative to the largest effort; the
+# copies can be rounded differently
 SAME_EFFORT = 1e-9
 
 

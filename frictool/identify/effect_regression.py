@@ -52,14 +52,14 @@ from frictool.typing import IntVector, Matrix, Vector
 
 BINS = 24  # number of bins of the position, and of velocity and sign of the acceleration
 # a parameter depends on few rows if (sum q)^2/(n sum q^2) is below this value; q are the squared
-# influences of the n rows on the parameter; a sine gives 0.5
+# influences of the n rows on the parameter; a sinusoidal motion gives 0.5
 FEW_ROWS = 0.2
 MOST_EFFECTS = 4  # largest number of effects that are added to the model
 FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
 RESONANCE = "resonance"
 SCALED = ("inertia", "viscous")  # parameters that a wrong gain of the encoder scales
-# largest rms effort of the effects relative to the rms effort; an effect that resembles inertia or
-# friction could otherwise be fitted with any effort
+# largest rms effort of the effects, relative to the measured rms effort, if the rms residual is
+# smaller; an effect that resembles inertia or friction could otherwise be fitted with any effort
 LARGEST_EFFORT = 0.2
 # largest eccentricity of an encoder, rad: ten times the error of a usual magnetic encoder
 LARGEST_ECCENTRICITY = 0.05
@@ -102,7 +102,9 @@ class EffectRegression:
     - noisy: True if the acceleration is too noisy to test effects whose columns resemble the
       acceleration
     - winding: True if the winding of a voltage drive may delay the effort
-    - load_zero: position at which the offset contains all loads (`SlidingFit.load_zero`)
+    - confidence: confidence of the intervals, 0 to 1
+    - load_zero: position at which the offset contains all loads, rad | m; None if it contains none
+      (`SlidingFit.load_zero`)
     """
 
     rows: ReducedRows
@@ -137,7 +139,7 @@ class EffectRegression:
         return replace(self, used=used, free=(*free, one))
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
-        """Return `parameters` with intervals that include the scatter of the residual between bins.
+        """Return `parameters` with intervals that include the residual's scatter between bins.
 
         There are two sets of bins: bins of the position; and bins of the velocity, separately for
         each sign of the acceleration.
@@ -170,9 +172,9 @@ class EffectRegression:
         """Return the variance (p,) of the parameters due to noise of the acceleration.
 
         `columns` (n, p) are the regressors of a fit with the hypotheses `used`. The variance is 0
-        unless viscous friction depends on few rows (FEW_ROWS). The noise is assumed to be equal in
-        all strokes, so that more strokes do not reduce the variance. The rms noise is at most the
-        rms residual.
+        unless viscous friction depends on few rows (FEW_ROWS). The noise is assumed to repeat in
+        every stroke, so that more strokes do not reduce the variance. The rms effort of the noise
+        is limited to the rms residual.
         """
         rows = self.rows
         scale = np.linalg.norm(columns, axis=0)
@@ -205,7 +207,7 @@ class EffectRegression:
         return intervals_around(names, solution.value, solution.half_width(self.confidence))
 
     def attenuation(self) -> float:
-        """Return the fraction by which noise of the acceleration reduces the fitted inertia."""
+        """Return the relative decrease of the fitted inertia by noise of the acceleration."""
         left = self.rows.left_by_others(self.used)
         return min(self.rows.noise**2 / left, 1.0) if left > 0.0 else 1.0
 
@@ -258,17 +260,17 @@ class EffectRegression:
     ) -> AcceptedEffects | None:
         """Return the shift of the parameters by an unknown delay between effort and position.
 
-        Before the fit, the delay is known to be within +-`known` [s]. The regression `smoother`
-        uses longer smoothing windows and also estimates the delay. A servo feeds noise of the
-        encoder back into the effort. This noise looks like a delay; longer windows reduce the
-        noise. The part of the difference between the two estimates that chance does not explain
-        widens the interval of the delay. The estimate is combined with +-`known`, weighted by
-        inverse variances. If the fitted delay is longer than `known` and differs significantly from
-        0, only the fitted delay is used.
+        Before the fit, the delay is known to be within +-`known` [s]. The fitted delay is that of
+        `smoother`, the same regression with longer smoothing windows: a servo feeds noise of the
+        encoder back into the effort, this noise looks like a delay, and longer windows reduce it.
+        The interval of the fitted delay is widened by the change of the delay from the shorter to
+        the longer windows, as far as chance does not explain this change. The fitted delay and the
+        range +-`known` are combined, weighted by inverse variances. If the fitted delay is longer
+        than `known` and differs significantly from 0, only the fitted delay is used.
 
         The shift of a parameter is the delay times the parameter's change per second of delay. This
         change is taken from `slopes` or, if `slopes` lacks the parameter, from the regression. The
-        inertia is further increased if a winding causes the delay (`winding_delay.py`).
+        inertia is further increased if a winding can cause the delay (`winding_delay.py`).
 
         Return None if the model includes the delay, if the rows do not determine the delay, or if
         the delay is not significant although there are at least FEWEST_STROKES strokes.
@@ -304,8 +306,9 @@ class EffectRegression:
     def resonant_inertia(self) -> Interval | None:
         """Return the inertia of a model with a resonance; None if the log shows no resonance.
 
-        The log shows a resonance if its coefficient differs significantly from 0 and is negative:
-        the load behind a spring increases the reflected inertia.
+        The log shows a resonance if the coefficient of the resonance differs significantly from 0
+        and is negative. The coefficient is negative if a load behind a spring increases the
+        reflected inertia.
         """
         one = next((one for one in self.hypotheses if one.term == RESONANCE), None)
         if one is None or self.noisy or "inertia" not in self.names:
@@ -403,9 +406,10 @@ class EffectRegression:
     def _spring_instead(self, others: Sequence[Hypothesis]) -> list[AcceptedEffects]:
         """Return the shift to a fit with a spring and the hypotheses `others`, or [].
 
-        Errors of a differentiated position resemble a delay or a resonance, so that one of these
-        may predict the strokes better than a spring that acts. The spring must improve the
-        prediction by `others` and differ significantly from 0.
+        Errors of the differentiated position resemble a delay or a resonance. A delay or a
+        resonance can therefore predict the strokes better than a spring, although the spring acts.
+        The result is [] unless the spring improves the prediction of the fit with `others` and
+        differs significantly from 0.
         """
         spring = next((one for one in self.tested if one.term == SPRING), None)
         if spring is None or not self.rows.visible(spring, others):
@@ -450,9 +454,10 @@ class EffectRegression:
         return [AcceptedEffects(what, significance, shift, held_out, whole=whole, settle=settle)]
 
     def alternative(self, hypotheses: Sequence[Hypothesis]) -> list[AcceptedEffects]:
-        """Return the shift to a fit with `hypotheses`; its scatter includes that fit's interval.
+        """Return the shift of the parameters to a fit with `hypotheses`, or [].
 
-        The result is empty if the rows do not determine the fit.
+        The shifted intervals are at least as wide as the intervals of this fit. The result is empty
+        if the rows do not determine the fit.
         """
         after = replace(self, used=tuple(hypotheses)).intervals()
         scatter = added_scatter(self.intervals(), after)
@@ -461,7 +466,7 @@ class EffectRegression:
     def _limited(
         self, shift: Mapping[str, float], factor: float, hypotheses: Sequence[Hypothesis]
     ) -> dict[str, float]:
-        """Return the shifts `shift` with a limited part due to an eccentric encoder.
+        """Return `shift` with a limit on the part that an eccentric encoder causes.
 
         `shift` is `factor` times the change by `hypotheses`. An eccentric encoder multiplies
         inertia and viscous friction by a factor within 1 +- LARGEST_ECCENTRICITY. Over less than a
@@ -515,10 +520,10 @@ def effect_regression(
 ) -> EffectRegression | None:
     """Return the regression of the effort; None if no sample slips or all parameters are fixed.
 
-    `smoother` multiplies the length of the smoothing windows. If `hides` is True, the inertia is
-    fixed when noise of the acceleration reduces the fitted inertia by more than the half width of
-    its interval. The fixed value is the inertia of `fit` or, if `fit` has no inertia, the inertia
-    of the bench.
+    The length of the smoothing windows is multiplied by `smoother`. If `hides` is True and noise of
+    the acceleration makes the fitted inertia too small by more than the half width of its interval,
+    the inertia is fixed: at the value of `fit` or, if `fit` has no inertia, at the value of the
+    bench.
     """
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:
@@ -553,9 +558,10 @@ def effect_regression(
 
 
 def load_units(waves: Sequence[float]) -> dict[str, tuple[PositionLoad, ...]]:
-    """Return the load with an effort of 1 of each parameter of spring, gravity and ripples.
+    """Return unit loads of spring, gravity and each ripple, by the name of the term.
 
-    waves: wave numbers of the ripples, 1/rad | 1/m
+    There is one unit load for each parameter of a term: this parameter is 1, the others are 0.
+    `waves` are the wave numbers of the ripples, 1/rad | 1/m.
     """
     ripples = {term: harmonic_units(wave) for term, wave in zip(RIPPLES, waves, strict=False)}
     return {SPRING: SPRING_UNIT, GRAVITY: harmonic_units(1.0), **ripples}
@@ -577,7 +583,7 @@ def _relative_loads(
 def added_scatter(
     before: Mapping[str, Interval], after: Mapping[str, Interval]
 ) -> dict[str, float]:
-    """Return the half width that makes each interval in `before` as wide as in `after`, or 0."""
+    """Return the scatter that widens each interval in `before` to its width in `after`, or 0."""
     return {
         name: math.sqrt(max(after[name].half_width ** 2 - one.half_width**2, 0.0))
         for name, one in before.items()
@@ -602,7 +608,11 @@ def other_inertia(fit: SlidingFit) -> bool:
 
 
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
-    """Return whether noise can lower the inertia by more than the half width of its interval."""
+    """Return whether noise can make the inertia too small by more than half its interval's width.
+
+    The result is also True if the fit has no inertia, or an inertia from the weak form or from
+    means over strokes. It is False if the inertia is fixed.
+    """
     inertia = fit.parameters.get("inertia")
     if "inertia" not in regression.rows.base:
         return False

@@ -2,16 +2,16 @@
 
     effort of the fall = c s exp(-(v/w)^2), c > 0
 
-v is the velocity, s its sign, and w the speed of the fall, which all logs have in common. Without
-this effort in the model, viscous friction becomes too small, and Coulomb friction too large, for
-every weighting of the samples. If the fits with two weightings agree, as `auto` requires, they may
-therefore both lack a fall.
+v is the velocity and s its sign. w is the speed over which the friction falls, the same for all
+logs. Without this effort in the model, viscous friction becomes too small, and Coulomb friction too
+large, for every weighting of the samples. Two fits with different weightings can therefore agree,
+as `auto` requires, although both lack the fall.
 
-`explanation_search` tests a fall with several columns at once. Each column has another w, relative
-to the top speed of each record. Logs with few speeds do not determine these columns. Here, a fit
-has one column, with the same w for all records. Successive w differ by a factor of at most 2. The
-smallest w exceeds the speed of the slowest samples (share SLOWEST), and the largest w is WIDEST
-times the top speed of all logs.
+`explanation_search` tests a fall with several columns at once. In each column, w is another
+fraction of the top speed of each record. Logs with few speeds do not determine several columns. In
+this module, a fit has one column, with the same w for all records. Successive w differ by a factor
+of at most 2. The smallest w is exceeded by all but the slowest 5 % of the samples (SLOWEST), and
+the largest w is WIDEST times the top speed of all logs.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ SLOWEST = 0.05  # share of the samples whose speeds are below the smallest w
 
 
 def falling_friction(regression: EffectRegression) -> list[AcceptedEffects]:
-    """Return the shifts of the parameters that the most significant fall causes.
+    """Return the shifts of the parameters by the most significant fall of friction with speed.
 
-    The result is empty if no fall is significant with Bonferroni's correction.
+    The result is empty if no tested w gives a significant fall (with Bonferroni's correction).
     """
     rows = regression.rows
     used = regression.used

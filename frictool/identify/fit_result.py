@@ -124,16 +124,19 @@ class SlidingFit:
     - samples: number of equations (rows) or of samples in the fit
     - details: numbers that are specific to the method
     - laws: laws of friction and load in addition to the sliding parameters, or None
-    - effects: parameters of effects that were removed from the effort (`rows/effects.py`)
+    - effects: interval of each parameter of the effects, such as a delay, that were removed from
+      the effort (`rows/effects.py`)
     - load: load terms of the fit if `auto` selected them, else None
-    - explanations: parts of the effort that `auto` fitted or left in the residual
+    - explanations: further parts of the effort, such as a spring, that `auto` fitted or left in the
+      residual
     - method, why: name of the method, and why `auto` chose this method
     - dropped: parameters that were set to 0, since this does not worsen the prediction of strokes
       left out of the fit, or since the log does not determine them (`rows/position_orders.py`)
-    - fixed: intervals of the parameters that were not fitted, within the intervals in bench.yaml
+    - fixed: interval of each parameter that was fixed in the fit; it lies within the interval in
+      bench.yaml
     - force_error: relative force error, defined in `force_error.py` and comparable between methods;
       None if no sample slips
-    - tried: models that were compared
+    - tried: models that the method compared
     - constants: identified constants of a servo
     - load_zero: position at which the offset contains all loads over position, rad | m
       (`total_load.py`); None if the offset does not contain them

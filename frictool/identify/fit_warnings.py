@@ -29,8 +29,8 @@ DOUBTFUL_FORCE_ERROR = 0.2
 # a warning is given if the force error with the bench's values exceeds this multiple of the force
 # error with the log's values
 WORSE = 1.5
-# least ratio of the parameters to bench.yaml's values that shows a mistaken unit (mA for A), and
-# largest factor by which the ratios of the parameters then differ from each other
+# least ratio of the identified values to the values in bench.yaml (or its inverse) that suggests a
+# mistaken unit (mA for A); largest quotient of two such ratios if the unit is mistaken
 OTHER_UNIT = 100.0
 SPREAD = 30.0
 # a gear ratio missing in position and effort scales each parameter by this power of the ratio
@@ -69,7 +69,7 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
 def short_stroke_warnings(fit: SlidingFit, records: Sequence[MotionRecord]) -> list[str]:
     """Return a warning if the smoothing window is longer than half of a record's median stroke.
 
-    A window then covers most of a stroke, with changes of the acceleration that smoothing distorts.
+    Such a window smooths away changes of the acceleration within a stroke.
     """
     window = fit.details.get("window", 0)
     length = min((size for one in records if (size := stroke_samples(one))), default=math.inf)
@@ -82,7 +82,7 @@ def short_stroke_warnings(fit: SlidingFit, records: Sequence[MotionRecord]) -> l
 
 
 def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
-    """Return a warning if a load explains the ramps equally well as friction over position does."""
+    """Return a warning if a load explains the ramps as well as friction over position."""
     if ramp is None or ramp.load_slope is None:
         return []
     unit = si_unit("stiffness", bench.axis)
@@ -104,7 +104,7 @@ def rejected_onset_warnings(ramp: Breakaway | None) -> list[str]:
 
 
 def mixed_onset_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
-    """Return a warning for each direction in which the breakaway mixes two groups of onsets."""
+    """Return a warning for each direction whose mean breakaway mixes two groups of onsets."""
     if ramp is None or ramp.by_position is not None or ramp.rising is not None:
         return []
     unit = si_unit("effort", bench.axis)
@@ -130,7 +130,7 @@ def cover_travel(ramp: Breakaway, records: Sequence[MotionRecord]) -> bool:
 def unstable_load_warnings(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench
 ) -> list[str]:
-    """Return a warning if spring and gravity of the model fall at every position of the logs."""
+    """Return a warning if the effort of spring and gravity falls at all positions of the logs."""
     load = None if fit.laws is None else fit.laws.load
     positions = [one.position for one in records if one.velocity is None]
     if load is None or not positions:
@@ -153,7 +153,7 @@ def unstable_load_warnings(
 def local_ramp_warnings(
     ramp: Breakaway | None, fit: SlidingFit | None, records: Sequence[MotionRecord], bench: Bench
 ) -> list[str]:
-    """Return a warning if the breakaway holds at the positions of the ramps only.
+    """Return a warning if the breakaway is known at the positions of the ramps only.
 
     The warning is given if the ramps cover less than MOST_OF_TRAVEL of the travel of the logs of
     sliding. If the breakaway is constant, these logs must also show friction or a load over

@@ -1,10 +1,10 @@
-"""First-order lag of the position that the logs show, such as that of a 4-20 mA transmitter.
+"""First-order lag of the measured position, fitted to logs, such as of a 4-20 mA transmitter.
 
 A regression contains a delay or lag only to first order. For a lag tau and motions of the angular
 frequency w, the error of this approximation grows with w tau: a part of tau times the viscous
-friction then remains in the inertia. Here the effort is filtered by the lag itself, and the
-regression fits the rest of the lag to first order. A secant iteration makes the rest vanish. A pure
-delay, such as that of wrong time stamps, is fitted in the same way.
+friction then remains in the inertia. In this module, the effort is filtered by the lag itself, and
+the regression fits only the remaining lag to first order. A secant iteration makes the remaining
+lag vanish. A pure delay, such as that of wrong time stamps, is fitted in the same way.
 
 From effort to reported position, the axis has the transfer function
 
@@ -32,10 +32,10 @@ from frictool.identify.motion_record import READ_APART, MotionRecord, delayed, s
 from frictool.identify.rows.effects import DELAY
 
 STEPS = 8  # largest number of iterations
-# largest rest of the lag after the last iteration, relative to the lag, and to the half width of
-# the rest
+# largest remaining lag that ends the iteration: relative to the lag, or to the half width of the
+# interval of the remaining lag
 CONVERGED, CERTAIN = (0.01, 0.2)
-SLOPES = (0.05, 2.0)  # smallest and largest change of the rest per change of the lag
+SLOPES = (0.05, 2.0)  # limits of the assumed change of the remaining lag per change of the lag
 
 # function that delays or filters the effort of a record by a time [s]
 Move = Callable[[MotionRecord, float], MotionRecord]
@@ -46,7 +46,7 @@ class LateFit:
     """Regression of records whose effort was delayed or filtered.
 
     - time: delay or time constant, s
-    - rest: delay that the regression adds, negative if `time` is too short, s
+    - rest: remaining delay that the regression fits, negative if `time` is too short, s
     - square: mean square of the residual, (N m)^2 | N^2
     """
 
@@ -106,8 +106,8 @@ def fitted_lag(
     """Return the time constant [s] of a lag of the position, or None.
 
     The result is None if the bench states the lag, if the delay of `fit` may be shorter than the
-    time between the readings of effort and position in a row, or if a pure delay explains the
-    effort nearly as well as the lag.
+    time between the readings of effort and position in one row of the log, if the fit does not
+    converge, or if a pure delay explains the effort nearly as well as the lag.
     """
     known = any(one.sensor_lag > 0.0 or one.velocity is not None for one in records)
     if known or bench.encoder.time_constant_s is not None or late_position(fit, records) is None:
@@ -132,10 +132,10 @@ def fitted_lag(
 
 
 def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Estimate | None:
-    """Return the lag or delay [s] of the position behind the effort that `fit` removed, or None.
+    """Return the lag or delay [s] by which the position follows the effort in `fit`, or None.
 
     The result is None if the lag may be shorter than the time between the readings of effort and
-    position in a row.
+    position in one row of the log.
     """
     late = None if fit is None else fit.effects.get(DELAY)
     if late is None or -late.high <= READ_APART * max(one.period for one in records):

@@ -26,7 +26,7 @@ def fixed_parameters(fit: SlidingFit, outcome: Outcome, bench: Bench) -> dict[st
     """Return the model's interval for each parameter that was fitted and then refused.
 
     This interval is the intersection of the range in bench.yaml and the logs' interval, or the
-    range in bench.yaml if the two do not overlap. Parameters that the motion cannot separate are
+    range in bench.yaml if they do not overlap. Parameters that the motion cannot separate are
     excluded. An inertia that the encoder is too coarse to identify is excluded too, because its
     error hardly changes the other parameters.
     """
@@ -95,7 +95,7 @@ def refit(
 def with_held(
     settings: methods.IdentificationSettings, fit: SlidingFit, fixed: Mapping[str, Interval]
 ) -> methods.IdentificationSettings:
-    """Return settings that fix `fixed`, and fix the parameters that `fit` dropped at 0."""
+    """Return settings that fix the parameters in `fixed`, and those that `fit` set to 0."""
     dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters}
     return replace(settings, fixed={**dropped, **fixed})
 

@@ -6,7 +6,7 @@
 Here u is the effort, x the position, dx the velocity and ddx the acceleration; g * denotes
 smoothing by a zero-phase kernel (`rows/smoothing.py`). The kernel is the same for all signals, so
 that errors outside the frequency band of the motion have no influence. The rms is taken over the
-samples that certainly slip (`rows/slip_mask.py`).
+samples at which the axis certainly slips (`rows/slip_mask.py`).
 
 The length of the smoothing window is chosen such that the encoder's noise in the acceleration is
 0.75 % of the acceleration; the length is at most a sixth of a stroke. If the axis never slips
@@ -45,12 +45,12 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True)
 class SlipRows:
-    """Smoothed signals (m,) at those samples of a record that certainly slip, in SI units.
+    """Smoothed signals (m,) at the samples of a record at which the axis certainly slips, SI units.
 
     - window: length of the smoothing window in samples
     - measured: measured position of all samples of the record, (n,)
     - period: sample period, s
-    - index: indices (m,) of the slipping samples in the record
+    - index: indices (m,) in the record of the samples at which the axis slips
     """
 
     window: int
@@ -88,7 +88,7 @@ class SlipRows:
 
 
 def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
-    """Return the slipping samples of a record; None if no sample slips."""
+    """Return the samples of a record at which the axis slips; None if there is no such sample."""
     length = stroke_samples(record)
     if length == 0.0:
         return None
@@ -118,7 +118,7 @@ def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
 
 
 def motion_rows(records: Sequence[MotionRecord], bench: Bench) -> list[SlipRows]:
-    """Return the slipping samples of all records.
+    """Return the samples of all records at which the axis slips.
 
     If the records together have more than MOST_SAMPLES samples, evenly spaced parts are used.
     """
@@ -140,7 +140,7 @@ def _parts(record: MotionRecord, share: float) -> list[MotionRecord]:
 
 
 def force_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> float | None:
-    """Return the relative force error of a model over all rows; None if no sample slips."""
+    """Return the relative force error of a model over all rows; None without rows."""
     left = sum(float(np.sum((one.effort - one.modelled_effort(values, laws)) ** 2)) for one in rows)
     size = sum(float(np.sum(one.effort**2)) for one in rows)
     return float(np.sqrt(left / size)) if size > 0.0 else None
@@ -152,10 +152,11 @@ def nearest_values(
     laws: Laws | None,
     ranges: Mapping[str, tuple[float, float]],
 ) -> dict[str, float]:
-    """Return `values` with those parameters in `ranges` that minimise the force error.
+    """Return `values`; parameters in `ranges` have the values that minimise the force error.
 
-    The effort is linear in these parameters. A parameter stays within its range (low, high). The
-    minimum is found by trying, for each parameter, the low end, the high end, and no bound.
+    The effort is linear in these parameters. Each of them stays within its range (low, high). For
+    each parameter, the search tries the lower limit, the upper limit, and a fit without limit, in
+    all combinations.
     """
     if not rows or not ranges:
         return dict(values)

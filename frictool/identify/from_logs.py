@@ -1,4 +1,4 @@
-"""Identification of a model from logs and a bench in memory: `frictool identify` without files."""
+"""Identification of a model from logs and a bench: `frictool identify` without reading files."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ USUAL = IdentificationRequest()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IdentifiedModel(ResultView):
-    """Model of an axis, with the identification result and the records that were used.
+    """Model of an axis, with the identification result and the records of the logs.
 
     - result: identified and refused parameters, with reasons
     - records: records of the logs that `identify` received as `logs`

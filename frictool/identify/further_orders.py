@@ -1,17 +1,19 @@
-"""Widening of intervals for higher orders of friction over position that the fit lacks.
+"""Widening of intervals for orders of friction over position that the fit lacks.
 
-A fit with the effect `friction_over_position` contains orders up to 3. Real friction has higher
-orders, too, and the fit leaves out the orders that the log does not determine
-(`rows/position_orders.py`). If the strokes repeat each other, the speed is a function of the
-position. An omitted order then resembles viscous friction, and is not visible in the residual.
+A fit with the effect `friction_over_position` contains orders up to 3. It lacks the higher orders
+of real friction, and the orders that the log does not determine (`rows/position_orders.py`). If the
+strokes repeat each other, the speed is a function of the position. An omitted order then resembles
+viscous friction, and is not visible in the residual.
 
-The coefficients of the omitted orders are estimated together with the parameters. Their prior is
-the prior of a cubic smoothing spline, with the scale t of the fitted coefficients:
+The coefficients of the omitted orders are estimated together with the parameters. The prior of
+these coefficients is that of a cubic smoothing spline; its scale t is computed from the fitted
+coefficients:
 
     residual = X d + Z b + noise        b_k ~ N(0, t^2/k^4)
 
-X contains the columns of the model, Z the columns s P_k of the omitted orders up to HIGHEST_ORDER,
-and d is the shift of the parameters.
+X contains the columns of the model. Z contains the columns s P_k of the omitted orders up to
+HIGHEST_ORDER; s is the sign of the velocity, and P_k is the Legendre polynomial of order k. d is
+the shift of the parameters.
 """
 
 from __future__ import annotations

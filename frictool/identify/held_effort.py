@@ -1,9 +1,10 @@
-"""Detection of a logged effort that changes far less often than the position is logged.
+"""Detection of a logged effort that changes far less often than it is logged.
 
-A current that was read too rarely lags by half of the time between two updates on average. This lag
-falsifies inertia and viscous friction. A drive with a slow controller, however, keeps the effort
-constant between updates. Let y be the effort that the motion needs, y_held the value of y at the
-last update, v the velocity and a the acceleration:
+If the current was read too rarely, the logged current lags by half of the time between two updates
+on average. This lag falsifies inertia and viscous friction. If the drive has a slow controller,
+however, the effort really stays constant between two updates, and the log is valid. Let y be the
+effort that the motion needs, y_held the value of y at the last update, v the velocity and a the
+acceleration:
 
     logged effort = inertia a + viscous v + coulomb sign(v) + offset + declared loads
                     + b (y_held - y)
@@ -37,11 +38,11 @@ from frictool.typing import Vector
 
 FEWEST_UPDATES = 20
 SHORTEST_HOLD = 3  # smallest number of samples between two updates that is examined
-EARLY = 0.1  # share of the updates that may follow each other faster than the hold time
+EARLY = 0.1  # share of the updates that are excepted from the shortest distance, the hold
 # least median change at an update relative to the smallest changes (1 % quantile); an effort
 # below this ratio is coarsely quantised, but not held
 COARSE = 3.0
-LEAST_EFFECT = 0.02  # relative change of the parameters below which no warning is issued
+LEAST_EFFECT = 0.02  # relative change of the parameters below which there is no warning
 MIXED = 1e-9  # largest weight of samples of another stroke in a smoothed sample
 SLOW = 0.5  # coefficient b above which the effort was read too rarely
 MOST_SAMPLES = 200_000  # largest number of samples of a record that are examined
@@ -104,7 +105,7 @@ def slow_effort_warnings(
 
 
 def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
-    """Return the number of samples between updates of an effort (n,), and the updates' indices.
+    """Return the number of samples between two updates of an effort (n,), and all updates' indices.
 
     An update is a sample at which the effort differs from the previous sample. Return None if there
     are fewer than FEWEST_UPDATES updates, if the updates are fewer than SHORTEST_HOLD samples
@@ -124,7 +125,7 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
 def held_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> HeldEffort | None:
-    """Return the time between updates of a record's effort, and its effect on the parameters.
+    """Return the hold time of a record's effort, and the effect of the hold on the parameters.
 
     Return None if the effort is not constant between updates (`hold_of`), or if the record does not
     determine the effect.

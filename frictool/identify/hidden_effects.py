@@ -6,10 +6,10 @@ an effort c |v|, and |v| is nearly constant in strokes of one speed. The paramet
 the two effects, so that the residual hardly shows them.
 
 Each effect is tried alone. The prior of its coefficient is a normal distribution with mean 0. With
-a coefficient of one standard deviation, the effect has the same rms effort as the part of the
-residual that lasts longer than the smoothing windows. The reason is that a machine with one
-unmodelled effect may have another one of this size. If no part of the residual lasts, no interval
-is widened.
+a coefficient of one standard deviation, the effect has the same rms effort as the lasting part of
+the residual: the part that stays correlated for longer than the smoothing windows. A lasting part
+shows that the machine has an unmodelled effect; it can then have another one of this size. Without
+a lasting part, no interval is widened.
 
 The mean square of the lasting part is the covariance of residuals of the same stroke at a distance
 of LASTING windows. Noise of effort and encoder is correlated over one window only.
@@ -30,11 +30,12 @@ LASTING = 2  # distance of the compared residuals, in smoothing windows
 
 
 def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
-    """Return the change of the parameters if the fit includes one more effect.
+    """Return the shift of the parameters by each effect that is added alone to the fit.
 
-    The effects are a spring, and a viscous friction that differs between the directions; each is
-    tried alone, unless the model includes it or the rows do not determine it. The result is empty
-    if the residuals of one stroke that are LASTING smoothing windows apart are not correlated.
+    The tried effects are a spring, and a viscous friction that differs between the directions. An
+    effect is left out if the model includes it, or if the rows do not determine it. The result is
+    empty if the residuals of one stroke that are LASTING smoothing windows apart are not
+    correlated.
     """
     rows = regression.rows
     residual = rows.residual(regression.used)

@@ -20,10 +20,10 @@ reduces the largest efforts, and if one of two conditions holds:
 Each comparison must have the same result without the stroke that supports the result most.
 
 A command with few levels, such as a pseudo-random binary sequence, has flat tops, too. S then
-reduces the residual although nothing saturates: its limits clip the noise of the acceleration, and
-the jumps that a delayed effort makes too late. The linear fits and the rival therefore contain a
-delay to second order (derivatives of the effort), and the effort of this noise is subtracted from
-all squared residuals.
+reduces the residual although nothing saturates: the limits of S clip the noise of the acceleration,
+and the jumps that a delayed effort makes too late. The linear fits and the rival therefore contain
+a delay to second order (derivatives of the effort). The mean square effort of this noise is
+subtracted from all squared residuals.
 """
 
 from __future__ import annotations
@@ -55,19 +55,19 @@ NOISE_SHARE = 0.03  # share of noise in the acceleration (`smoothing`)
 MOST_ROWS = 3000  # largest number of samples in the fit; longer records are decimated
 FEWEST_ROWS = 200  # least number of slipping samples for a decision
 SHARPNESS = (2.5, 12.0)  # p of a soft saturation and of a clip
-# quantile of |effort| that scales the effort, and quantile of the compression above which the
-# samples are the top samples
+# quantile of |effort| that is the scale of the effort; quantile of the compression above which a
+# sample is a top sample. Compression is the relative reduction of the effort by S.
 HIGHEST = 0.99
-START = 1.1  # initial value of both limits L, relative to the scale
-FARTHEST = 20.0  # largest factor between limit and scale
+START = 1.1  # initial value of both limits L, relative to the scale of the effort
+FARTHEST = 20.0  # largest factor between a limit L and the scale
 MOST_EVALUATIONS = 60  # largest number of evaluations of S in one fit
-COMPRESSED = 0.05  # compression of the samples that are treated as saturated
-LEAST_COMPRESSION = 0.08  # mean compression of the top samples
+COMPRESSED = 0.05  # compression above which a sample counts as saturated
+LEAST_COMPRESSION = 0.08  # least mean compression of the top samples of a saturation
 LARGEST_RESIDUAL = 0.15  # largest rms residual relative to the scale that allows a decision
 BETTER = 0.85  # largest squared residual relative to the rival's that is better than the rival's
 AS_GOOD = 1.1  # largest squared residual relative to the rival's that is as good as the rival's
-MUCH_BETTER = 0.8  # squared residual relative to the linear fit's, if the difference is certain
-FAR_BETTER = 0.5  # squared residual relative to the linear fit's, if the difference is not certain
+MUCH_BETTER = 0.8  # like BETTER, relative to the linear fit, if the difference is certain
+FAR_BETTER = 0.5  # like MUCH_BETTER, if the difference is not certain
 CERTAIN = 6.0  # number of standard errors above which a mean over the strokes is certain
 FEWEST_STROKES = 3
 SLOW = 0.1  # speed, relative to top speed, at which the rival's Stribeck effect is 1/e
@@ -79,7 +79,7 @@ class HiddenSaturation:
 
     - level: level at which the effort saturates, N m | N
     - needed: effort that the motion needs where the effort saturates, N m | N
-    - share: fraction of the slipping samples whose effort the saturation reduces
+    - share: fraction of the samples in slip whose effort the saturation reduces
     """
 
     level: float
@@ -89,14 +89,14 @@ class HiddenSaturation:
 
 @dataclass(frozen=True)
 class _Samples:
-    """Slipping samples.
+    """Samples of a record at which the axis slips.
 
     - model: regressors (n, k) of the model; the first is the acceleration
     - late: first and second derivative of the effort, (n, 2), the regressors of a delay
     - rivals: additional regressors (n, j) of the rival
     - effort: effort (n,)
     - stroke: number of the stroke of each sample, (n,)
-    - noise: rms noise of the acceleration, relative to its rms
+    - noise: rms noise of the acceleration, divided by the rms acceleration
     """
 
     model: Matrix
@@ -148,7 +148,7 @@ def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | 
 
 
 def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
-    """Return the slipping samples; the rms of each regressor is 1.
+    """Return the samples of a record in slip; the rms of each regressor is 1.
 
     Return None if the samples are too few to show a saturation, or if the encoder's noise changes
     the computed effort of the inertia as much as a saturation would.
@@ -198,7 +198,7 @@ def _linear(columns: Matrix, effort: Vector) -> Vector:
 
 
 def _squares(columns: Matrix, effort: Vector, noise: float) -> Vector:
-    """Return the squared residuals (n,) of a linear fit, without the part of the noise.
+    """Return the squared residuals (n,) of a linear fit, minus the mean square effort of the noise.
 
     `columns` (n, k) begin with the acceleration, which has the relative rms noise `noise`.
     """
@@ -260,6 +260,6 @@ def _certain(gain: Vector) -> bool:
 
 
 def _less(one: Vector, other: Vector, stroke: IntVector) -> bool:
-    """Return whether sum(one) < sum(other), also without the stroke that supports it most."""
+    """Return whether sum(one) < sum(other), even without the stroke that supports this most."""
     gain = np.bincount(stroke, other - one)
     return bool(gain.sum() > max(gain.max(), 0.0))

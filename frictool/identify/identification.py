@@ -81,9 +81,11 @@ class Identification(Outcome):
     - warnings: warnings about the logs or the result
     - doubts: warnings that the interval of an identified parameter may not contain the true value,
       by parameter
-    - notes: effects that the model lacks and the intervals include
-    - over_rate: breakaway as a function of the ramp's rate; None without a table of breakaways
-    - kink: kink of the load, on one side of which the model is valid, or None
+    - notes: texts on effects that the model lacks, but that the intervals include
+    - over_rate: breakaway as a function of the rate at which the effort of a ramp rises; None
+      without a table of breakaways
+    - kink: kink (abrupt change) of the load; the model is valid on one side of it only. None
+      without a kink
     """
 
     method: str
@@ -96,7 +98,7 @@ class Identification(Outcome):
     kink: LoadKink | None = None
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
-        """Return the identification with the breakaway of the table `over_rate`."""
+        """Return the identification with the breakaway from the table `over_rate`."""
         outcome = Outcome(self.identified, self.refused, narrowed=self.narrowed)
         outcome = outcome.merge(accept({"breakaway": over_rate.interval}, bench))
         coulomb = outcome.identified.get("coulomb")
@@ -173,7 +175,8 @@ def identify_records(
 ) -> Identification:
     """Identify the axis of `bench` from records of sliding motion and of breakaway ramps.
 
-    The kind of each of `records` is detected, sliding or ramp; `ramps` contains ramps only.
+    The kind of each record in `records` (sliding motion or ramps) is detected; `ramps` contains
+    ramps only.
 
     Raises
     ------
@@ -223,7 +226,7 @@ def identify_records(
 class _Estimate(NamedTuple):
     """Estimate of all parameters.
 
-    - logs: logs whose ramps state the effort of the fitted load
+    - logs: logs of the axis; the records of ramps state the effort of the fitted load
     - free: fit of the sliding logs, without fixing any parameter at its bench value
     - wider: fit of `outcome`, with intervals widened for disturbing effects that the model lacks
     """
@@ -296,7 +299,7 @@ def _estimate(logs: AxisLogs) -> _Estimate:
 
 
 def _with_lag(estimate: _Estimate, first: SlidingFit, lag: Interval) -> _Estimate:
-    """Return the estimate; its fit states the lag and the explanation of the fit `first`.
+    """Return the estimate; its fit states the lag, and the explanation of a delay in `first`.
 
     A warning says that the model lacks the lag.
     """
@@ -320,9 +323,10 @@ def _with_lag(estimate: _Estimate, first: SlidingFit, lag: Interval) -> _Estimat
 
 
 def _with_total_load(logs: AxisLogs, outcome: Outcome) -> Outcome:
-    """Return the outcome; its load states the interval of the total load, if this is known.
+    """Return the outcome; its load states the interval of the total load if this is known.
 
-    It is unknown if a kink separates the samples of the fit from a part of the travel.
+    The interval is unknown if the drive was off, or if a kink of the load separates the samples of
+    the fit from a part of the travel.
     """
     offset, fit, laws = outcome.identified.get("offset"), outcome.fit, outcome.laws
     if offset is None or fit is None or laws is None or laws.load is None:

@@ -1,4 +1,4 @@
-"""Checks that an interval is informative: physically possible and narrow enough."""
+"""Checks that a parameter's interval is informative: physically possible and narrow enough."""
 
 from __future__ import annotations
 
@@ -77,7 +77,8 @@ def _factor(interval: Interval) -> str:
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
     """Return the interval of a friction parameter; a negative value is replaced by 0.
 
-    An interval is unchanged if it does not contain 0, or if it overlaps the interval in bench.yaml.
+    The interval is unchanged if its value is not negative, if it lies wholly below 0, or if it
+    overlaps the interval in bench.yaml.
     """
     nearly_none = (
         name in NEVER_NEGATIVE
@@ -132,7 +133,10 @@ def contradicts(interval: Interval, known: Quantity | None) -> bool:
 
 
 def outside(interval: Interval, known: Quantity | None) -> str:
-    """Return message text if `interval` lies outside the interval in bench.yaml, else ""."""
+    """Return text for a message if the interval in bench.yaml does not overlap `interval`, else "".
+
+    The text is also empty if `interval` is wholly negative.
+    """
     if known is None or interval.high < 0.0 or not contradicts(interval, known):
         return ""
     return (

@@ -22,8 +22,9 @@ hold:
 - The change of the effort is at least LEAST_CHANGE times the Coulomb friction.
 
 The smoothing windows are shorter than the windows of a fit, because a long window hides a jump and
-excludes strokes that rest at the knot. Short windows leave more noise of the acceleration. The
-windows are long enough that this noise, times the inertia, is well below the least change.
+excludes strokes in which the axis rests at the knot. Short windows leave more noise of the
+acceleration. The windows are long enough that this noise, times the inertia, is well below the
+least change.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ class LoadKink:
     - margin: largest error of `position`, rad | m
     - jump: change of the effort at the knot, N m | N; 0 if only the stiffness changes
     - bend: change of the stiffness at the knot, N m/rad | N/m
-    - above: True if most samples lie above the knot
+    - above: True if most samples lie at positions above the knot
     - squares: squared prediction error of a stroke, divided by the squared error of the best smooth
       load; geometric mean over the strokes
     """
@@ -104,17 +105,21 @@ class LoadKink:
     squares: float
 
     def on_side(self, position: Vector | np.floating) -> NDArray[np.bool_]:
-        """Return True for positions (n,) [rad | m] that surely lie on the side of most samples."""
+        """Return True for positions (n,) [rad | m] that lie on the side of most samples.
+
+        The side of most samples is the side of the knot on which most samples lie. Positions within
+        `margin` of the knot give False.
+        """
         beyond = (position - self.position) * (1.0 if self.above else -1.0)
         return np.asarray(beyond > self.margin)
 
     def one_side(self, record: MotionRecord) -> MotionRecord | None:
-        """Return the moving part of the record on the side of most samples; None without motion."""
+        """Return the part of the record on the side of most samples; None without motion."""
         part = record.inside(self.on_side(record.position))
         return part if part is not None and stroke_samples(part) > 0.0 else None
 
     def valid_side(self, axis: Axis) -> ValidSide:
-        """Return the side of most samples, on which the model is valid."""
+        """Return the side of the knot with most samples; the model is valid on this side."""
         ends = self.position - self.margin, self.position + self.margin
         position = Quantity(self.position, *ends, unit=si_unit("position", axis))
         return ValidSide("above" if self.above else "below", position)
@@ -143,7 +148,7 @@ class LoadKink:
 class _KinkSearch:
     """Search for a kink with regression rows of all records.
 
-    - position: smoothed position of the rows, (n,), rad | m
+    - position: smoothed position of each row (sample of the regression), (n,), rad | m
     - reach: distance that the axis moves in half of the smoothing window, plus the encoder step,
       (n,), rad | m
     - bump: smoothing kernel
@@ -201,7 +206,7 @@ class _KinkSearch:
         )
 
     def changes(self, knots: Sequence[float], rows: NDArray[np.bool_] | slice) -> Tensor:
-        """Return the columns of jump and bend in some rows for k knots, (k, n, 2).
+        """Return the regressors of jump and bend at the n selected rows for k knots, (k, n, 2).
 
         The jump is smoothed by the kernel of the effort. The speed is assumed to be constant within
         a smoothing window.
@@ -247,7 +252,7 @@ class _KinkSearch:
         )
 
     def found(self, rivals: Sequence[Vector], most: float) -> LoadKink | None:
-        """Return the kink if it fulfils the conditions of the module docstring, else None.
+        """Return the kink if it meets the conditions at the top of this module, else None.
 
         - rivals: squared prediction errors of each stroke with smooth loads, each (s,)
         - most: largest allowed squared prediction error, relative to the error of the best rival

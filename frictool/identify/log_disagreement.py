@@ -24,12 +24,13 @@ MOST_LOGS = 20  # largest number of compared logs; the first logs are used
 def pooling_warnings(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, fit: SlidingFit
 ) -> list[str]:
-    """Return a warning for each parameter whose interval from all logs is much too wide.
+    """Return a warning for each parameter whose interval from all logs is unexpectedly wide.
 
-    An interval is too wide if it is more than WIDER times as wide as the narrowest interval from a
-    single log. `fit` is the fit of all logs without fixed parameters. Each log is also fitted alone
-    with the same method and load terms. Least squares replace output error, whose search would take
-    long for each log.
+    The interval from all logs should be narrower than that from a single log. A warning is returned
+    if it is more than WIDER times as wide as the narrowest interval from a single log. `fit` is the
+    fit of all logs without fixed parameters. Each log is also fitted alone with the same method and
+    load terms. If the method is output error, least squares replace it, because a search for each
+    log would take long.
     """
     if len(records) < 2:
         return []

@@ -28,14 +28,14 @@ from frictool.identify.rows.strokes import Strokes, find_strokes
 from frictool.logs.quality.saturation import FlatTopDetector
 from frictool.typing import Vector
 
-LARGEST_SATURATED_SHARE = 0.01  # largest share of samples at a flat top
+LARGEST_SATURATED_SHARE = 0.01  # largest share of samples at a flat top of a valid effort
 # share of the actuator's limit above which a flat top comes from the actuator, not the sensor
 AT_THE_LIMIT = 0.99
 # samples before a stop over which the speed is averaged, and samples without motion after the stop
 STOPPING_SAMPLES = 3
 MARGIN = 2.0  # safety factor on the deceleration that effort and friction can cause
 COUNTS = 2.0  # largest error of the distance over STOPPING_SAMPLES, in encoder counts
-NOISES = 8.0  # the same error, in standard deviations of the position noise
+NOISES = 8.0  # the same error in standard deviations of the position noise, if this is larger
 # smallest effort, relative to the largest, that counts as 0 in a signal that is never negative
 REACHES_ZERO = 0.01
 # largest difference of the mean efforts of both directions, relative to their sum, of an unsigned
@@ -44,16 +44,16 @@ ALIKE = 0.5
 # at a reversal, an unsigned effort falls below the share DIP of its means in both strokes; this is
 # required at the share LEAST_DIPS of the reversals
 DIP, LEAST_DIPS = 0.25, 0.8
-MOST_AT_ZERO = 0.01  # largest share of moving samples at the smallest effort, without saturation
+MOST_AT_ZERO = 0.01  # largest share of the samples in motion that have the smallest effort
 SELF_EXPLAINED = 1e-3  # relative residual that is smaller than the noise of any effort sensor
-NO_FRICTION = 0.02  # Coulomb friction relative to the rms effort that counts as no friction
+NO_FRICTION = 0.02  # largest Coulomb friction, relative to the rms effort, that counts as none
 # largest share of the effort's variance that the position leaves unexplained
 LEFT_BY_POSITION = 1e-3
 FEWEST_SAMPLES = 100  # least number of samples in each direction
 
 
 def refuse_unmeasured(records: list[MotionRecord], bench: Bench) -> None:
-    """Raise UnusableLogs if a record has a saturated effort or a clipped encoder."""
+    """Raise UnusableLogs if a record has a saturated or unsigned effort, or a clipped encoder."""
     for record in records:
         _refuse_saturated(record, bench)
         _refuse_hidden_saturation(record, bench)

@@ -2,8 +2,8 @@
 
 Both methods are fitted to each half of the logs and predict the other half (`method_comparison`).
 The errors of the simulated position and of the force are compared. If the logs are too short to be
-halved, or if the method refuses a half, both methods are compared on the logs of the fit.
-Parameters that are fixed in the model are fixed for both methods.
+halved, or if a method refuses a half, both methods are compared on the logs to which they were
+fitted. Parameters that are fixed in the model are fixed for both methods.
 """
 
 from __future__ import annotations

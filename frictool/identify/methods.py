@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from frictool.identify.motion_record import MotionRecord
 
 DEFAULT = "auto"
-REFERENCE = "least-squares"  # method with which the others are compared
+REFERENCE = "least-squares"  # method with which the other methods are compared
 
 
 @dataclass(frozen=True)
@@ -28,13 +28,13 @@ class IdentificationMethod:
 
     - what: what the method does, as help text
     - when: data that the method suits, as help text
-    - reads: keys in OPTIONS of the options that the method uses
+    - reads: names of the options in OPTIONS that the method uses
     - velocity: True if the method can use a log with a measured velocity and no position
     - load: True if the method fits the load terms of the bench
     - known_inertia: True if the method uses the inertia of the bench and does not estimate it
-    - whole_curve: True if the method fits a curve over speed and no inertia. The parameters of the
-      curve are identified or refused together, never fixed, and not compared with the method
-      REFERENCE.
+    - whole_curve: True if the method fits a curve of friction over speed, and no inertia. The
+      parameters of the curve are identified or refused together, never fixed, and not compared with
+      the method REFERENCE.
     - differentiates: True if the method uses differences of samples without a filter. Such a method
       needs a fine encoder and a log without gaps.
     - own_test: True if the method needs a special test. The method's module then has a function

@@ -34,7 +34,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
     parameters = Parameters(**estimates)
     laws = result.laws
     if laws is not None and laws.load is not None and "offset" not in result.identified:
-        laws = with_fields(laws, load=with_fields(laws.load, total=None))  # of another offset
+        laws = with_fields(laws, load=with_fields(laws.load, total=None))  # of the fitted offset
     summary = None if fit is None else FitSummary(fit.force_error, fit.condition, fit.samples)
     return Model(
         format="model/1",

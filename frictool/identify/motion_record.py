@@ -6,22 +6,22 @@ The two cases differ by a shift of up to one sample period T between position an
 would change the fitted inertia by T times the viscous friction. The record therefore states the
 lag.
 
-A drive is updated at its samples. If its lag is much shorter than T, the time of the reading
-decides whether the log contains the effort before or after the update. The reading is assumed to
-follow the update after an exponentially distributed time with the mean READ_LATE T. This time
-exceeds the lag with the probability a = exp(-lag/(READ_LATE T)); the reading then counts as a
-reading after the update. The effort of the record is the mean of both cases, and is therefore
-continuous in the lag.
+A drive changes its current at its samples (updates). If the lag of the drive is much shorter than
+T, the time at which the current is read decides whether the log contains the effort before or after
+the update. The reading is assumed to follow the update after an exponentially distributed time with
+the mean READ_LATE T. This time exceeds the lag with the probability a = exp(-lag/(READ_LATE T));
+the reading then counts as a reading after the update. The effort of the record is the mean of both
+cases, and is therefore continuous in the lag.
 
 A logged voltage is the command, which the drive holds until the next sample. If the bench states a
 lag of a voltage drive, such as L/R of the winding, `lagged` computes the effort at the samples from
 the voltage. Between two samples, this effort moves as the effort of a current drive does.
 
-If the position sensor has a first-order lag (`encoder.time_constant_s`), effort and reported
-position are compared after the same lag: `sensed` filters the effort. The equation of motion is
-linear during slip, so that both sides of the filtered equation have the same inertia and viscous
-friction. The friction changes its sign before the reported motion does; `slip_mask` leaves the
-affected samples out.
+If the position sensor has a first-order lag (`encoder.time_constant_s`), `sensed` filters the
+effort by the same lag, so that effort and reported position are delayed alike. The equation of
+motion is linear during slip, so that both sides of the filtered equation have the same inertia and
+viscous friction. The friction changes its sign before the reported motion does; `slip_mask` leaves
+the affected samples out.
 
 If a log has a measured velocity and no position, the position of its record is the trapezoidal
 integral of the velocity from 0. Second differences of this position are differences of the
@@ -53,7 +53,7 @@ from frictool.plant.servo_firmware import ServoDrive
 from frictool.typing import IntVector, Vector
 
 JITTER = 0.1  # relative deviation from the period above which a sample interval is broken
-SMALLEST_COUNT = 1e-9  # smallest count of a velocity, relative to the range of the velocity
+SMALLEST_COUNT = 1e-9  # smallest quantisation step of a velocity, relative to its range
 # share of broken intervals above which the record is resampled to a uniform clock
 MOST_BROKEN = 0.02
 # relative deviation from the median interval; a record is refused if more than half of its
@@ -61,7 +61,7 @@ MOST_BROKEN = 0.02
 ERRATIC = 0.5
 # mean time from the update of a current to its reading, in periods: 10 us of a period of 1 ms
 READ_LATE = 0.01
-READ_APART = 0.5  # longest time between the readings of effort and position in a row, in samples
+READ_APART = 0.5  # longest time between reading effort and position of one row, in periods
 ROUNDING = 1e-9  # resolution of a command computed from the effort, relative to the largest command
 LONGEST_BRIDGE = 5.0  # periods; a longer interval of a jittering clock is a gap
 
@@ -72,14 +72,14 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, eq=False)
 class TemperatureSignal:
-    """Temperature of a record, and the dependence of friction on the temperature.
+    """Temperature along a record, and the dependence of friction on the temperature.
 
     - values: temperature, (n,), degC
     - reference: temperature for which the sliding parameters are valid, degC
     - viscous_rate, coulomb_rate: approximate relative change of viscous and of Coulomb friction per
       kelvin, 1/K
-    - viscous_curvature: coefficient of `excess` squared in the exponent of viscous friction, 1/K^2;
-      0 if the logs do not determine this coefficient
+    - viscous_curvature: coefficient of the square of `excess` in the exponent of viscous friction,
+      1/K^2; 0 if the logs do not determine this coefficient
     """
 
     values: Vector
@@ -90,7 +90,7 @@ class TemperatureSignal:
 
     @property
     def excess(self) -> Vector:
-        """Return the temperature minus the reference (n,), K."""
+        """Return the temperature minus the reference temperature, (n,), K."""
         return self.values - self.reference
 
 
@@ -138,8 +138,9 @@ class MotionRecord:
     - temperature: temperature, and the dependence of friction on the temperature; None if the
       temperature was not measured
     - servo: inputs of a servo's firmware; None for another actuator
-    - winding: signals of the winding in the whole log; None if the log lacks one of them
-    - sensor_lag: time constant of the position sensor, which is applied to `effort`, s
+    - winding: signals of the motor's winding in the whole log; None if the log lacks one of them
+    - sensor_lag: time constant of the position sensor's first-order lag, s; `effort` is filtered by
+      this lag
     - load: part of `effort` that balances the known load, (n,), N m | N; None without a known load
     """
 
@@ -206,7 +207,7 @@ class MotionRecord:
 def once_per_record(
     function: Callable[Concatenate[MotionRecord, P], R],
 ) -> Callable[Concatenate[MotionRecord, P], R]:
-    """Return the function with a cache; a result is kept as long as its record exists."""
+    """Return the function with a cache; a result is kept as long as the record exists."""
     kept: WeakKeyDictionary[MotionRecord, dict[tuple[object, ...], R]] = WeakKeyDictionary()
 
     @functools.wraps(function)
@@ -391,7 +392,8 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
 
     The effort is the channel `effort`. If there is no such channel, the effort is the drive signal
     times the effort constant in bench.yaml. The effort of a servo is computed with the model of its
-    firmware from goal and position. The temperature may be in any stream, and is interpolated.
+    firmware from goal and position. The temperature of any stream is interpolated to the times of
+    the record.
 
     Raises
     ------
@@ -424,9 +426,9 @@ def _winding(log: Log) -> WindingSignals | None:
 
 
 def lagged(record: MotionRecord, lag: float) -> MotionRecord:
-    """Return the record with its held effort after a first-order lag with time constant `lag` [s].
+    """Return the record with its held effort filtered by a first-order lag `lag` [s].
 
-    At the first sample of each gap-free part, the drive is assumed to be at rest.
+    The drive is assumed to be in a steady state before the first sample of each gap-free part.
     """
     if lag == 0.0:
         return record
@@ -440,11 +442,11 @@ def lagged(record: MotionRecord, lag: float) -> MotionRecord:
 
 
 def sensed(record: MotionRecord, lag: float) -> MotionRecord:
-    """Return the record with its effort after another lag `lag` [s] of the position sensor.
+    """Return the record with its effort filtered by a further lag `lag` [s] of the position sensor.
 
     Between two samples, the effort is constant, or moves exponentially with the time constant
-    `effort_lag`. The filter is exact for both. At the first sample of each gap-free part, the
-    effort is assumed to be constant before.
+    `effort_lag`. The filter is exact in both cases. The effort is assumed to be constant before the
+    first sample of each gap-free part.
     """
     if lag == 0.0:
         return record
@@ -480,9 +482,10 @@ def fitted_part(record: MotionRecord, bench: Bench) -> float:
 def held_command(record: MotionRecord, bench: Bench) -> MotionRecord:
     """Return the record with the effort of a voltage drive before its lag, held between samples.
 
-    This reverses `lagged`. The effort of the last sample of each gap-free part has no effect in the
-    record; it is taken as equal to the preceding effort. Another drive leaves the record unchanged,
-    and so does a lag of the position sensor.
+    This reverses `lagged`. The effort that is held from the last sample of a gap-free part has no
+    effect in the record; it is taken as equal to the preceding effort. The record is returned
+    unchanged if the drive is not a voltage drive, or if the record contains a lag of the position
+    sensor.
     """
     if record.lag == 0.0 or record.sensor_lag > 0.0 or not bench.actuator.winding_delays:
         return record

@@ -5,13 +5,14 @@ check fits the following model to the samples of a log that certainly slip:
 
     effort = inertia a + friction sign(v) + offset + declared loads
 
-Here a is the acceleration and v the velocity. Inertia times rms acceleration is compared with the
-friction. The directions differ if the effort with the larger absolute value is significantly
-negative. The other effort is ignored, since a delay between position and drive can change its sign.
+Here a is the acceleration and v the velocity. The inertial effort (inertia times rms acceleration)
+is compared with the friction. Position and drive have opposite directions if the one with the
+larger absolute value is significantly negative. The smaller one is ignored, since a delay between
+position and drive can change its sign.
 
 Some logs do not allow this fit, for example breakaway ramps or slow motion with a coarse encoder.
-Their strokes are tested instead: the mean effort from the first to the last encoder change of a
-stroke is friction plus offset.
+In these logs, the strokes are tested: the mean effort from the first to the last encoder change of
+a stroke is friction plus offset.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.logs.quality.sign_check import CLEAR, net_work, reversal, reversed_signal
 from frictool.typing import Vector
 
-# friction that the drive overcomes, relative to the smallest Coulomb friction of the bench, below
-# which another force moves the axis
+# the drive does not move the axis if it overcomes less friction than this, relative to the smallest
+# Coulomb friction of the bench
 WEAK = 0.5
 OPPOSITE = "position and drive have opposite signs"  # part of each message about signs
 
@@ -147,7 +148,7 @@ def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Int
 
 
 def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) -> str:
-    """Return a message with the names of the logs, the evidence `shown` and the remedy."""
+    """Return a message about opposite signs: names of the logs, evidence `shown`, and remedy."""
     wrong = reversed_signal("effort", records[0].position, records[0].reference)
     return (
         f"{listed([Path(record.name).name for record in records])}: {OPPOSITE}: {shown}; "

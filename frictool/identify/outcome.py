@@ -33,8 +33,9 @@ class Outcome:
     - fit: fit of the sliding logs, or None
     - ramp: breakaway of the ramps, or None
     - laws: laws of friction and load in addition to the parameters, or None
-    - narrowed: interval in the model, for some refused parameters: intersection of the range in
-      bench.yaml and the logs' interval, or the range in bench.yaml with the value of the logs
+    - narrowed: intervals of some refused parameters in the model. Such an interval is the
+      intersection of the range in bench.yaml and the logs' interval, or the range in bench.yaml
+      with a value that fits the logs
     """
 
     identified: Mapping[str, Interval] = field(default_factory=dict)
@@ -46,7 +47,7 @@ class Outcome:
 
     @property
     def from_logs(self) -> dict[str, Interval]:
-        """Return the intervals of identified parameters and the narrowed ranges of others."""
+        """Return the intervals of the identified parameters, and the intervals in `narrowed`."""
         return {**self.narrowed, **self.identified}
 
     def merge(self, later: Outcome) -> Outcome:
@@ -84,7 +85,7 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return an outcome in which parameters with an informative interval are identified.
+    """Return an outcome in which offered parameters with informative intervals are identified.
 
     Other parameters are refused. If a refused interval narrows the range of the parameter in
     bench.yaml, the outcome contains the intersection of interval and range. `reasons` contains
@@ -119,6 +120,6 @@ def sliding_intervals(from_logs: Mapping[str, Interval], bench: Bench) -> dict[s
 
 
 def bench_interval(bench: Bench, name: str) -> Interval:
-    """Return the interval of a sliding parameter in bench.yaml; 0 for an offset that is missing."""
+    """Return the interval of a sliding parameter in bench.yaml; [0, 0] for a missing offset."""
     known: Quantity | None = getattr(bench.mechanics, name)
     return Interval(0.0, 0.0, 0.0) if known is None else Interval(known.value, *known.interval)

@@ -11,9 +11,9 @@ a term between units. In the test between units, the unexplained scatter within 
 s^2.
 
 If all dates are known, the drift of the parameter is the slope of a line that is fitted to the
-estimates over the date of the log. The fit has one slope for all units, and an intercept for each
-unit. If the Birge ratio of this fit, sqrt(chi^2/(degrees of freedom)), exceeds 1, the interval of
-the drift is multiplied by it.
+estimates over the dates of their logs. The fit has one slope for all units, and an intercept for
+each unit. If the Birge ratio of this fit, sqrt(chi^2/(degrees of freedom)), exceeds 1, the interval
+of the drift is multiplied by this ratio.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Population:
     - within: test whether the models of each unit have one true value; None if there are too few
       models
     - between: test whether all units have one true value; None if there are too few units
-    - alone: for each unit, test whether the models of this unit have one true value
+    - alone: for each unit with several models, test whether these models have one true value
     - drift: drift of the parameter with the date; None if the dates do not determine a drift
     - level: probability that at least one test rejects although all true values are equal
     """
@@ -121,7 +121,7 @@ class Population:
 def populations(
     values: Mapping[str, Sequence[UnitValue]], confidence: float
 ) -> dict[str, Population]:
-    """Return scatter and tests of each parameter with at least two values.
+    """Return the scatter of each parameter with at least two values, and its tests.
 
     `confidence` is the confidence of the intervals, and the probability that no test of any
     parameter rejects if all true values are equal (Bonferroni).
@@ -134,7 +134,7 @@ def populations(
 
 
 def population(values: Sequence[UnitValue], confidence: float, level: float) -> Population:
-    """Return scatter and tests of one parameter with at least two values.
+    """Return the scatter of one parameter with at least two values, and its tests.
 
     `level` is the probability that at least one test rejects although all true values are equal.
     """
@@ -183,7 +183,7 @@ def _mean(values: Vector, s: Vector) -> float:
 
 
 def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
-    """Return the test of the scatter around the mean of each group, or around the common mean."""
+    """Return the test of the scatter around the mean of each group; None is a single group."""
     w = s**-2.0
     group = np.zeros(values.size, dtype=np.int64) if group is None else group
     q = 0.0

@@ -31,7 +31,7 @@ from frictool.identify.identification import Identification
 from frictool.identify.model_document import unit_of
 from frictool.identify.rows.effects import WHAT
 
-MORE = 1.2  # ratio of the log's noise or bound to the promise's value that counts as a reason
+MORE = 1.2  # least ratio of the log's noise or bound to the promise's that is a reason
 SHORT = 0.95  # share of the test's duration below which a log counts as shorter than the test
 
 
@@ -83,7 +83,7 @@ class PromisedParameter:
 def compare_with_promise(
     outcome: IdentifiedModel, bench: Bench, promise: Promise
 ) -> list[PromisedParameter]:
-    """Return the comparison of each parameter that `promise` contains.
+    """Compare the identified half width of each parameter in `promise` with the half width there.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def compare_with_promise(
 
 
 def shown_effects(result: Identification) -> tuple[str, ...]:
-    """Return the names of the effects besides inertia and constant friction that the logs show."""
+    """Return the names of the effects that the logs show besides inertia and constant friction."""
     names = [] if result.fit is None else [one.what for one in result.fit.explanations]
     if result.laws is not None and result.laws.position is not None:
         names.append(WHAT["friction_over_position"])

@@ -10,8 +10,9 @@ from frictool.errors import LogError
 from frictool.identify.motion_record import MotionRecord
 from frictool.logs.quality.jumps import JUMPS, PositionJumps, allowance
 
-MOST_COUNTS = 2.0**53  # largest count; beyond it, doubles do not hold every integer
-# largest distance from the median position, relative to the travel, which is known only roughly
+MOST_COUNTS = 2.0**53  # largest count; doubles represent every integer up to here
+# largest distance from the median position, relative to the travel; the bench states the travel
+# only roughly
 MOST_TRAVELS = 10.0
 MOST_EFFORT = 10.0  # largest effort, relative to the effort at the actuator's limit
 

@@ -1,8 +1,8 @@
 """Ripples over the position that a log of sliding shows and the model lacks.
 
 `explanation_search` looks for ripples with smoothing windows that suit the acceleration. A window
-as long as the time in which the axis moves by one period hides the ripple. Here the windows are
-halved until they are the shortest possible.
+as long as the time in which the axis moves by one period of a ripple hides this ripple. In this
+module, the windows are halved until they are the shortest possible.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def _missing_ripple(
 ) -> MissingRipple | None:
     """Return the most significant ripple with a wave number that is not in `found`, or None.
 
-    `level` is the probability of a ripple by chance.
+    `level` is the permitted probability that noise looks like a ripple.
     """
     waves = (*searched.declared_waves, *found)
     used = [harmonic(term) for term in RIPPLES[len(searched.declared_waves) : len(waves)]]

@@ -1,7 +1,8 @@
 """Warning of a lag of the position sensor that the logs can neither show nor exclude.
 
 A lag tau of the reported position increases the fitted inertia by about tau times the viscous
-friction. Motions that are slow compared with inertia/viscous do not distinguish the two.
+friction. Motions that are slow compared with the time constant inertia/viscous do not distinguish
+the lag from a larger inertia.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ def sensor_lag_doubts(
     regression: EffectRegression,
     wide: Mapping[str, Interval],
 ) -> list[tuple[str, str]]:
-    """Return [("inertia", warning)] if a lag of the sensor moves the inertia out of `wide`, or [].
+    """Return [("inertia", warning)] if a sensor lag moves the inertia out of its interval, or [].
 
-    The lag is at most LONGEST, and within the interval of the delay that the regression fits. There
-    is no warning if the bench states the lag, if the model contains a delay, if the log excludes
-    lags above SHORTEST, or if the lag is shorter than the time between the readings of effort and
-    position in a row.
+    The interval is that in `wide`. The lag is at most LONGEST, and within the interval of the delay
+    that the regression fits. There is no warning if the bench states the lag, if the model contains
+    a delay, if the log excludes lags above SHORTEST, or if the lag is shorter than the time between
+    the readings of effort and position in one row of the log.
     """
     late = next((one for one in regression.free if one.term == DELAY), None)
     known = any(one.sensor_lag > 0.0 or one.velocity is not None for one in records)

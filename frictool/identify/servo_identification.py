@@ -45,12 +45,13 @@ from frictool.identify.rows.load_terms import laws_of
 from frictool.identify.rows.segments import whole
 from frictool.typing import IntVector, Matrix, Vector
 
-LARGEST_ERROR = 0.5  # rms position error relative to the rms motion above which a fit is refused
+LARGEST_ERROR = 0.5  # largest rms position error of a fit, relative to the rms motion
 # least concentration of the positions about multiples of the encoder step, 0 to 1
 CONCENTRATED = 0.5
 # least change of the simulated position, in counts, over the bench's range of a parameter
 VISIBLE = 1.0
-AT_END = 1e-3  # distance from an end, relative to the bench's range, that counts as at the end
+# distance from an end of the bench's range, relative to the range, within which a value is at it
+AT_END = 1e-3
 METHODS = (DEFAULT, OUTPUT_ERROR)
 NO_OFFSET = "a constant effort cannot be separated from the zero angle of the pendulum"
 
@@ -159,9 +160,9 @@ def _free(
 ) -> tuple[str, ...]:
     """Return the parameters to fit.
 
-    A constant of the servo is fitted if the bench states a range of this constant. The drive
-    constant is fitted only if the pendulum is known, and the back-EMF constant only if a log moves
-    without torque.
+    A constant of the servo is fitted if the bench states a range for it, and not an exact value.
+    The drive constant is fitted only if the pendulum is known, and the back-EMF constant only if a
+    log moves without torque.
     """
     known = servo_quantities(bench)
     exact = {name for name, one in known.items() if one.interval[0] == one.interval[1]}
@@ -173,7 +174,7 @@ def _free(
 
 
 def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str, str]:
-    """Return a reason for each servo constant that has no effect at the parameters `start`."""
+    """Return a reason for each servo constant that does not affect the simulation with `start`."""
     known = servo_quantities(simulated.bench)
     count = simulated.bench.encoder.resolution
     out: dict[str, str] = {}
@@ -189,7 +190,7 @@ def _unseen(simulated: ServoSimulation, start: Mapping[str, float]) -> dict[str,
 
 
 def _without_effect(simulated: ServoSimulation, fit: SimulationFit) -> dict[str, str]:
-    """Return a reason for each servo constant that has no effect at the fitted parameters."""
+    """Return a reason for each servo constant that does not affect the simulation of the fit."""
     count = simulated.bench.encoder.resolution
     known = servo_quantities(simulated.bench)
     out: dict[str, str] = {}
@@ -324,7 +325,7 @@ def _identified(
 
 
 def _gravity(intervals: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
-    """Return the gravity torque (sine, cosine) of the pendulum or of the fit; {} if unknown."""
+    """Return the gravity torque (sine, cosine) of a known pendulum or of the fit; else {}."""
     if SINE in intervals:
         return {name: intervals[name] for name in (SINE, COSINE)}
     nominal = pendulum_load(bench.pendulum)

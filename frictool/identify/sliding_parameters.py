@@ -21,7 +21,7 @@ from frictool.identify.outcome import Outcome, accept, sliding_intervals
 from frictool.identify.unmodelled_effects import WidenedFit, widened
 
 NO_SLIDING = "no log of sliding motion was provided"
-OTHER_UNIT = 10.0  # force error above which values of the bench are far too large for the effort
+OTHER_UNIT = 10.0  # force error above which the bench's values are far too large for the effort
 LARGEST_FORCE_ERROR = 0.5  # a quarter of the effort's mean square is then unexplained
 
 
@@ -60,13 +60,12 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 
 
 def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
-    """Return the accepted parameters and the final fit, with widened intervals.
+    """Return the accepted parameters, and the final fit with widened intervals.
 
     The final fit is a second fit, in which the refused parameters have their values in the model
-    (`fixed_parameter_refit.py`). The final fit is `fit` if the second fit does not explain the
-    effort or refuses a parameter that `fit` identifies: a value of the bench then contradicts the
-    log. In this case, a refused parameter keeps its fitted value if this value is in the bench's
-    range.
+    (`fixed_parameter_refit.py`). If the second fit does not explain the effort, or refuses a
+    parameter that `fit` identifies, a value of the bench contradicts the log. The final fit is then
+    `fit`, and a refused parameter keeps its fitted value if this value is in the bench's range.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
@@ -143,7 +142,7 @@ def with_force_error(
 
 
 def unexplained(logs: AxisLogs, fit: SlidingFit, from_logs: Mapping[str, Interval]) -> float | None:
-    """Return the force error if no values within bench.yaml's ranges explain the effort, else None.
+    """Return the force error if no values in the bench's ranges explain the effort, else None.
 
     The parameters `from_logs` have the values of the logs. Each other parameter has the value
     within its range in bench.yaml that minimises the force error.
@@ -169,7 +168,7 @@ def _ranges(bench: Bench, from_logs: Mapping[str, Interval]) -> dict[str, tuple[
 
 
 def explained(logs: AxisLogs, outcome: Outcome) -> Outcome:
-    """Return the outcome, with the force error, if its model explains the effort.
+    """Return the outcome with its force error; refuse it if its model does not explain the effort.
 
     If values in bench.yaml cause a force error above LARGEST_FORCE_ERROR, each parameter that is
     not identified gets the value within its range in bench.yaml that minimises the force error. If

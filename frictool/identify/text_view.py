@@ -103,7 +103,7 @@ def temperature_lines(law: FrictionOverTemperature) -> list[str]:
 
 
 def shown(name: str, estimate: Estimate) -> str:
-    """Return a parameter with unit and interval as text."""
+    """Return a parameter with its unit and its interval as text."""
     low, high = estimate.interval
     return f"{name} {estimate.value:.5g} {estimate.unit} [{low:.5g}, {high:.5g}]"
 
@@ -212,7 +212,7 @@ def dropped_lines(dropped: Sequence[str]) -> list[str]:
 
 
 def explanation_place(one: Explanation) -> str:
-    """Return a text that says if a part of the effort is in the model, removed, or unexplained."""
+    """Return as text where a part of the effort is: in the model, removed, or in the residual."""
     if one.state == "left":
         return "left in the residual"
     return (
@@ -241,7 +241,7 @@ def explanation_line(one: Explanation, unit: str) -> str:
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
     """Return a line on the Stribeck velocities for which the breakaway's interval is valid.
 
-    Unless a fit gives the Stribeck velocity, the line also says how to narrow this range.
+    Unless a fit gives the Stribeck velocity, the line also says how to narrow the interval.
     """
     if fall.known:
         return (

@@ -8,9 +8,9 @@ determine the total at every position:
     total(x) = sum over nodes l_j(x) total(x_j)
 
 For each node, the columns of the loads are shifted so that they are 0 at the node. The offset of
-this fit is the total load at the node. Its interval includes the same effects as that of any offset
-(`unmodelled_effects.py`), and the effect of the fixed parameters. At a position x, the interval of
-the total is the sum of the nodes' intervals, each times l_j(x).
+this fit is the total load at the node. Its interval is widened as the interval of any offset is
+(`unmodelled_effects.py`), and for the intervals of the fixed parameters. At a position x, the
+interval of the total is the sum of the nodes' intervals, each times l_j(x).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from frictool.typing import Matrix, Vector
 PER_PERIOD = 32  # number of positions in the shortest period of a load
 FEWEST_POSITIONS, MOST_POSITIONS = 65, 4097
 WHOLE = 1e-6  # largest deviation of a ratio of wave numbers from a whole number
-DEPENDENT = 1e-9  # least relative size of a pivot of the load terms at the positions
+DEPENDENT = 1e-9  # least ratio of the smallest to the largest pivot of independent loads
 
 
 def total_load(
@@ -48,7 +48,7 @@ def total_load(
 ) -> TotalLoad | None:
     """Return the total load over the travel, or over the common period of the loads.
 
-    The common period is used if bench.yaml states no travel.
+    The common period (of all ripples and gravity) is used if bench.yaml states no travel.
 
     - fit: fit with a load over the position
     - offset: offset of the model
@@ -116,7 +116,7 @@ def _positions(load: Load, bench: Bench) -> Vector | None:
 
 
 def _nodes(efforts: Matrix) -> list[int] | None:
-    """Return the indices of the positions that determine all efforts (n, d) best; None if d > n."""
+    """Return the indices of the nodes for the efforts (n, d) of d loads; None if dependent."""
     scaled = efforts / np.max(np.abs(efforts), axis=0)
     _, triangle, order = scipy.linalg.qr(scaled.T, pivoting=True, mode="economic")
     size = np.abs(np.diag(triangle))

@@ -2,7 +2,7 @@
 
 An effect that the model lacks leaves the same residual in every stroke. The scatter between strokes
 therefore does not show the resulting error. Eleven possible causes are examined
-(docs/theory/identify_effects.md). The first adds a variance; the others shift the parameters:
+(docs/theory/identify_effects.md). Cause 1 adds a variance; causes 2 to 11 shift the parameters:
 
 1. a residual that repeats at the same positions, or at the same velocities and signs of the
    acceleration (`regression/multiway.py`), and encoder noise that strokes of one speed repeat
@@ -17,13 +17,14 @@ therefore does not show the resulting error. Eleven possible causes are examined
 10. a resonance that lies above the frequencies of the motion and increases the reflected inertia
 11. friction that falls with speed (`falling_friction.py`)
 
-If two explanations predict the strokes equally well, the intervals include those of both fits.
+If two explanations predict the strokes equally well, the intervals include the intervals of the
+fits with either explanation.
 
 The end of an interval on the side of the shift moves by the shift. The opposite end moves to the
-distance sqrt(half^2 + shift^2) from the value; half is the half width. The reason is that effects
-that the log cannot distinguish may shift a parameter in opposite directions. If several effects
-move an end, only the largest movement is applied. If an interval overlaps the interval in
-bench.yaml, no end moves beyond the interval in bench.yaml.
+distance sqrt(half^2 + shift^2) from the value, where half is the half width, because effects that
+the log cannot distinguish can shift a parameter in opposite directions. If several effects move an
+end, only the largest movement is applied. If an interval overlaps the interval in bench.yaml, no
+end moves beyond the interval in bench.yaml.
 
 The effort of a hypothesis (cause 2) is limited to a plausible size. A warning names the parameters
 that a hypothesis with the fitted effort would move out of their intervals.
@@ -97,10 +98,12 @@ NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 class WidenedFit:
     """Fit whose intervals include unmodelled effects.
 
-    - effect: most significant effects; None if they are uncertain or hardly improve the prediction
-    - ratios: new width divided by old width, for each parameter whose interval becomes much wider
-    - beyond: (name of an effect, parameters that the effect in its fitted size moves out of their
-      intervals); None if the intervals include every effect in its fitted size
+    - effect: effects with the smallest p-value; None if no p-value is small enough for a report, or
+      if the effects hardly improve the prediction
+    - ratios: width of the interval after and before the widening, as a ratio, for each parameter
+      whose interval becomes much wider
+    - beyond: (name of an effect, parameters that the effect moves out of their intervals if its
+      effort is as large as fitted); None if there is no such effect
     - cautions: pairs of a parameter's name and a warning about this parameter
     """
 
@@ -128,7 +131,7 @@ class WidenedFit:
         return dict.fromkeys(moved, (text,))
 
     def notes(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return a text about the effect `effect` if it widens an interval in `identified`."""
+        """Return a text about `effect` if it makes an interval in `identified` much wider."""
         wider = [
             f"{name} {ratio:.2g}"
             for name, ratio in self.ratios.items()
@@ -143,7 +146,7 @@ class WidenedFit:
         )
 
     def _widened(self, name: str, identified: Mapping[str, Interval]) -> bool:
-        """Return whether the interval in `identified` is that of the fit, and not from ramps."""
+        """Return whether the interval in `identified` comes from the fit, and not from ramps."""
         return name in identified and identified[name].high == self.fit.parameters[name].high
 
 
@@ -211,7 +214,7 @@ def widened(
 def _beyond(
     intervals: Mapping[str, Interval], bench: Bench, effects: Sequence[AcceptedEffects]
 ) -> tuple[str, Sequence[str]] | None:
-    """Return the first effect that moves values out of their intervals if it is as large as fitted.
+    """Return the first effect whose effort, as fitted, moves values out of their intervals.
 
     The result is the name of the effect, and the names of these parameters. No effect moves a value
     beyond the interval in bench.yaml.
@@ -258,7 +261,7 @@ def _of_windows(
     plain: EffectRegression,
     smoother: EffectRegression | None,
 ) -> list[AcceptedEffects]:
-    """Return the parameters' changes with longer windows, reduced by what chance explains.
+    """Return the shifts of the parameters by longer windows, reduced by the part due to chance.
 
     `plain` is the regression over the windows of the fit, and `smoother` the regression over
     windows of twice the length. If the fit approximates a delay or a resonance to first order, the
@@ -327,11 +330,11 @@ def _of_rivals(
     bench: Bench,
     regression: EffectRegression,
 ) -> list[AcceptedEffects]:
-    """Return the shifts by explanations that predict the strokes as well as another one.
+    """Return the shifts to fits with explanations that predict the strokes equally well.
 
-    The widened intervals include the intervals of these fits. If the model includes one of the
-    explanations, the other one replaces it. If all are left in the residual, each is added. Ripples
-    and an eccentric encoder are not tried.
+    If the model includes one of these explanations, each of the other ones replaces it. If all are
+    left in the residual, each is added to the model. Ripples and an eccentric encoder are not
+    tried.
     """
     out = []
     for one in fit.explanations:
@@ -355,11 +358,11 @@ def _of_delay(
     plain: EffectRegression,
     model: EffectRegression,
 ) -> list[AcceptedEffects]:
-    """Return the shifts of the parameters by an exact delay and by an exact lag.
+    """Return the shifts to fits with an exact delay or lag in place of a first-order delay.
 
-    `plain` is the regression of the fit, and `model` the regression with the delay. The result is
-    empty if `model` has no delay. A lag is tried only if the effort is early, since the inverse of
-    a lag would amplify noise.
+    `plain` is the regression of the fit. `model` is the regression with a delay to first order. The
+    result is empty if `model` has no delay. A lag is tried only if the effort acts later than it is
+    logged, since the inverse of a lag would amplify noise.
     """
     late = model.intervals().get(DELAY)
     if late is None:
@@ -403,12 +406,12 @@ def _of_timing(
 def _of_reading(
     bench: Bench, period: float, plain: EffectRegression, slopes: Mapping[str, float]
 ) -> AcceptedEffects | None:
-    """Return the shift of the parameters if the current is logged before each of its updates.
+    """Return the uncertainty of the parameters because the time of reading a current is unknown.
 
     `period` is in s; `slopes` are as in `EffectRegression.timing`. The result is None for a drive
-    without a lag, and for a voltage, which is logged before the lag. The record of a current
-    contains the mean of readings before and after the update (`motion_record.py`). The shift is
-    therefore 0, and its half width follows from the probabilities of the two readings.
+    without a lag, and for a voltage, which is logged before the lag. The current may be read before
+    or after its update. The record contains the mean of both cases (`motion_record.py`). The shift
+    is therefore 0, and its half width follows from the probabilities of the two cases.
     """
     lag = bench.actuator.logged_lag_s
     late = next((one for one in plain.free if one.term == DELAY), None)
@@ -435,7 +438,8 @@ def _of_fitted_lag(
 ) -> list[AcceptedEffects]:
     """Return the shifts of the parameters by the uncertainty of a fitted lag.
 
-    The second shift is that of the inertia if lag and time constant of the axis are exchanged.
+    A second shift is added: the change of the inertia if the lag and the time constant
+    inertia/viscous are exchanged.
     """
     late = next((one for one in regression.free if one.term == DELAY), None)
     if late is None or all(fitted_part(one, bench) == 0.0 for one in records):
@@ -461,9 +465,10 @@ def _of_sampling(
 ) -> list[AcceptedEffects]:
     """Return the shift of the inertia by the sample period T if the model contains a delay.
 
-    The velocity is a mean over 2 T. The effort is a mean with a triangular window of the length
-    2 T. To second order in T, this difference acts like the delay -viscous T^2/(12 inertia), which
-    increases the inertia by (viscous T)^2/(12 inertia).
+    The velocity is a mean over 2 T, but the effort is a mean with a triangular window of the length
+    2 T. To second order in T, this difference acts like the delay -viscous T^2/(12 inertia). It
+    increases the fitted inertia by (viscous T)^2/(12 inertia); the shift is this value with a
+    negative sign.
     """
     if plain is None or all(one.term != DELAY for one in plain.used):
         return []

@@ -1,4 +1,4 @@
-"""Inertia of a drive whose effort is delayed by the voltage or by the winding.
+"""Inertia of an axis whose effort is late, because of a late voltage or of the winding.
 
 For a voltage drive:
 
@@ -54,8 +54,8 @@ BETWEEN_SAMPLES = "the current between two samples"
 class WindingDelay:
     """Increase of the inertia if the winding causes a part of the fitted delay, kg m^2 | kg.
 
-    - possible: increase if the winding causes the whole delay and its back-EMF the whole viscous
-      friction; the interval does not extend below 0
+    - possible: increase if the winding causes the whole delay, and the back-EMF causes the whole
+      viscous friction; the interval does not extend below 0
     - measured: increase by the measured winding, at most `possible`; None if it was not measured
     - lag: electrical time constant L/R of the measured winding, s; 0 if it was not measured
     - undecided: predicate of a sentence that says why the logged current does not determine the
@@ -229,7 +229,7 @@ def lag_doubts(
 ) -> list[tuple[str, str]]:
     """Return [(parameter, warning)] if an unknown lag of a winding can change the parameter, or [].
 
-    The lag is assumed to exceed the delay of the model, 0 if it has none, by at most one sample
+    The lag is assumed to exceed the delay of the model (0 without a delay) by at most one sample
     period. There is no warning if one period of lag moves each parameter by less than the half
     width of its interval, or if the interval of the fitted delay ends below the delay of the model
     plus READ_APART periods. The interval of the fitted delay is not used if noise of the

@@ -12,8 +12,8 @@
         for exact values only           strokes again, with half of the interval widths
         for no plant          no test; no controller meets the specification
 
-The indented rows are the results of this search: the plants for which a controller exists. A
-parameter that the strokes do not show has the range of the bench in this search.
+The indented rows are the results of this search: the plants for which a controller exists. In this
+search, a parameter that the strokes do not determine has the range of the bench.
 
 Each test respects the limits of the bench for all parameter values within the a-priori ranges. The
 test is therefore safe before any parameter is identified. After a log, identified intervals replace
@@ -53,14 +53,15 @@ from frictool.plan.narrowed_model import bench_for_test, exact_model, narrowed_m
 from frictool.plan.rehearsed_test import rehearsed_ramps, rehearsed_strokes
 from frictool.simulate.default_servo import FEEDFORWARD, feedforward
 
-FIRST_RAMPS = 0.1  # requested half width of the breakaway's interval, relative to its value
+FIRST_RAMPS = 0.1  # requested half width of the breakaway's interval, relative to the breakaway
 FIRST_STROKES = 0.05  # requested half widths of friction and inertia, relative to their values
-FALLBACK_DURATION = 30.0  # s, of the best strokes if FIRST_STROKES cannot be reached
-FINER = 0.5  # half widths requested from a repeated test, relative to the reached half widths
-LEAST_GAIN = math.sqrt(1.0 / FINER)  # least ratio of half widths: without, with a useful log
+FALLBACK_DURATION = 30.0  # s, duration of the strokes if no strokes reach FIRST_STROKES
+FINER = 0.5  # half width requested from a repeated test, relative to the reached one
+# least half width without a useful log, relative to the half width with this log
+LEAST_GAIN = math.sqrt(1.0 / FINER)
 SLIDING = ("inertia", "viscous", "coulomb")
 MOST_RAMPS = 2  # largest number of tests of drive ramps
-MOST_STROKES = 2  # logs of motion from which no sliding parameter is identified
+MOST_STROKES = 2  # logs of motion after which no further strokes are planned, if they gave no gain
 
 
 @dataclass(frozen=True)
@@ -85,9 +86,9 @@ class PlanStep:
     - name: `breakaway`, `friction and inertia`, `finer`, `validation`, `direction`, `unexplained`,
       `ranges` or `impossible`
     - why: reason for the step, as text
-    - test: test to play; None if the step has no test
+    - test: test to play on the bench; None if the step has no test
     - reached: precision of each identified parameter
-    - model: model identified from all logs; None if nothing is identified
+    - model: model identified from all logs; None if no parameter is identified
     - enough: True if a controller meets the specification for every plant that the model allows;
       `why` names the position steps in which it does so
     - exit_code: exit code of `frictool plan`
@@ -107,7 +108,8 @@ class PlanStep:
     doubts: tuple[str, ...] = ()
 
 
-Judge = Callable[[Model], SearchAnswer]  # searches for a controller that meets the specification
+# searches for a controller of a model that meets the specification
+Judge = Callable[[Model], SearchAnswer]
 
 
 def next_step(
@@ -122,11 +124,11 @@ def next_step(
     logs
         All logs so far, in any order.
     answer_of
-        Function that searches a controller for a model, and returns the result.
+        Function that searches for a controller for a model, and returns the result of the search.
     narrow
         True to design the controller for the intervals of the logs and not for the bench's ranges.
-        This is permissible if the ranges describe only the uncertainty before a measurement, and
-        not changes over the product's life.
+        This is permissible if the ranges describe only the uncertainty before a measurement. It is
+        not permissible if they describe changes over the product's life.
 
     Returns
     -------
@@ -203,10 +205,11 @@ def _identified(
 
 
 def _no_gain(bench: Bench, logs: Sequence[Log], outcome: IdentifiedModel) -> str:
-    """Return why further strokes are useless, or "" if a log of strokes narrowed an interval.
+    """Return why another test of strokes is useless, or "" if a log of strokes was useful.
 
-    Each log of strokes is left out once. A log is useful if, without this log, a half width is more
-    than LEAST_GAIN times as large. A repeated test is designed for FINER times the half widths.
+    The identification is repeated without each log of strokes in turn. A log is useful if, without
+    it, a half width is more than LEAST_GAIN times as large, or a parameter is not identified. The
+    result is also empty if there are fewer than MOST_STROKES logs of strokes.
     """
     kinds, known = outcome.result.kinds, outcome.result.identified
     strokes = [log for log in logs if kinds.get(log.source) == SLIDING_LOG]
@@ -234,7 +237,7 @@ def _no_gain(bench: Bench, logs: Sequence[Log], outcome: IdentifiedModel) -> str
 
 
 def _causes(outcome: IdentifiedModel) -> str:
-    """Return the effects that the logs show, and how to examine the first one, as text."""
+    """Return as text the effects that the logs show, and how to examine the first of them."""
     effects = shown_effects(outcome.result)
     fit = outcome.result.fit
     settle = next((one.settle for one in fit.explanations), "") if fit is not None else ""
@@ -285,7 +288,7 @@ def _strokes(
 
 
 def _over_position(result: Identification) -> Laws | None:
-    """Return the friction over position that the logs show, for simulations of a test, or None."""
+    """Return the friction over position that the logs show (for simulations of a test), or None."""
     laws = result.laws
     return None if laws is None or laws.position is None else Laws(position=laws.position)
 

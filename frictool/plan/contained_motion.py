@@ -3,9 +3,9 @@
 A test of strokes is a reference of the position loop. A real axis does not follow this reference
 exactly. If the inertia or the friction of the axis differs from the bench's value, the axis
 overshoots the reversals. A coarse encoder or a long delay makes the loop slow, and the overshoot
-larger. The test is simulated on the axes at the ends of the a-priori intervals. If such an axis
-comes closer to an end of the travel than half of the reference's margin, the test is designed again
-for a shorter travel.
+larger. The test is simulated on the axes at the ends of the a-priori intervals. The reference keeps
+a margin to each end of the travel. If such an axis uses more than half of this margin, the test is
+designed again for a shorter travel.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from frictool.plan.assumed_axis import assumed_axis
 from frictool.simulate import play
 from frictool.simulate.default_servo import default_servo, feedforward
 
-KEPT = 0.5  # share of the reference's margin that every axis keeps to the ends of the travel
+KEPT = 0.5  # share of the reference's margin to the ends of the travel that every axis keeps
 DESIGNS = 5  # largest number of designs, each for a shorter travel
-OVERSHORTENED = 1.2  # decrease of the travel at each end, relative to the excess
+OVERSHORTENED = 1.2  # factor on the excess by which the travel is shortened at each end
 
 
 @dataclass
@@ -75,8 +75,9 @@ class ContainedDesign:
 def overrun(sequence: ExcitationSequence, bench: Bench) -> float:
     """Return the largest excursion of an axis beyond the allowed positions, rad | m.
 
-    The allowed positions end half of the reference's margin before each end of the travel. The
-    result is 0 if every axis stays within the allowed positions, or if the bench has no travel.
+    At each end of the travel, the allowed positions exclude half of the margin that the reference
+    keeps to this end. The result is 0 if every axis stays within the allowed positions, or if the
+    bench has no travel.
     """
     travel = bench.mechanics.travel
     if travel is None:

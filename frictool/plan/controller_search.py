@@ -21,9 +21,10 @@ class SearchAnswer(NamedTuple):
     """Result of a search for a controller.
 
     - refusal: reason why no controller meets the specification; "" if a controller does
-    - steps: steps in which the controller meets the specification, as text
-    - narrower: range of one parameter with which a candidate meets the specification, as text; ""
-      if none is known
+    - steps: position steps in which the controller meets the specification, as text; "" without a
+      controller
+    - narrower: narrower range of one parameter, for which a controller meets the specification, as
+      text; "" if none is known
     - doubt: reason why the controller may fail on the axis, although it meets the specification on
       the model; "" if there is none
     """
@@ -35,7 +36,7 @@ class SearchAnswer(NamedTuple):
 
 
 def search_answer(model: Model, spec: Spec, progress: Callable[[str], None]) -> SearchAnswer:
-    """Search for a controller that meets the specification, and return the result."""
+    """Search for a controller of `model` that meets the specification, and return the result."""
     unjudged = untested_reason(model, spec)
     if unjudged:
         return SearchAnswer(unjudged)

@@ -1,4 +1,4 @@
-"""Bench and model whose a-priori ranges are replaced by the intervals from logs."""
+"""Bench and model in which intervals from logs replace the a-priori ranges."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def narrowed_bench(bench: Bench, model: Model) -> Bench:
 def bench_for_test(bench: Bench, model: Model) -> Bench:
     """Return the narrowed bench for the design of a test.
 
-    If the logs show the breakaway and not the Coulomb friction, this friction lies between the
-    breakaway and the breakaway divided by LARGEST_BREAKAWAY_RATIO.
+    If the logs show the breakaway and not the Coulomb friction, the range of the Coulomb friction
+    is limited: from the breakaway divided by LARGEST_BREAKAWAY_RATIO to the breakaway.
     """
     narrowed = narrowed_bench(bench, model)
     known, breakaway = narrowed.mechanics.coulomb, model.parameters.breakaway
@@ -54,8 +54,8 @@ def narrowed_model(model: Model) -> Model:
 def exact_model(model: Model) -> Model:
     """Return the model with exact values, from the logs or the bench, in place of intervals.
 
-    The load that depends on the position has exact values, too. If neither logs nor bench contain
-    the breakaway, the breakaway has its assumed value.
+    The load over the position has exact values, too. If neither the logs nor the bench state the
+    breakaway, its assumed value is used.
     """
     exact = {
         name: structs.replace(one, low=one.value, high=one.value)

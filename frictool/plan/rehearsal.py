@@ -1,4 +1,4 @@
-"""Rehearsals of a test: simulations of the test, whose logs `identify` evaluates.
+"""Rehearsals of a test: simulations of the test, with identification from the simulated log.
 
 The half width that `identify` reports depends on the encoder, on the speed and on the method of
 identification. Each rehearsal draws an axis within the a-priori intervals, simulates the test with
@@ -28,8 +28,8 @@ from frictool.simulate import play
 from frictool.simulate.default_servo import default_servo, feedforward
 
 REHEARSALS = 8
-# standard deviations between the mean and the upper bound: 97 % of a normal distribution that is
-# estimated from REHEARSALS draws lies below the bound, with a confidence of 90 % (noncentral t
+# distance of the upper bound from the mean, in standard deviations of REHEARSALS draws: with a
+# confidence of 90 %, at least 97 % of the normal distribution lies below the bound (noncentral t
 # distribution)
 SPREAD = 3.1
 CONFIRMED_SPREAD = 2.6  # value of SPREAD if there are at least twice REHEARSALS draws
@@ -85,7 +85,8 @@ def rehearse(
 ) -> dict[str, HalfWidthSample]:
     """Simulate a test REHEARSALS times, and return the half widths that `identify` reports.
 
-    The rehearsals end early as soon as the half width of a parameter exceeds its limit.
+    The rehearsals end early as soon as the half width of a parameter exceeds its limit, or a
+    parameter with a finite limit is not identified.
 
     Parameters
     ----------
@@ -96,7 +97,8 @@ def rehearse(
     limits
         Largest permitted half width of each parameter in SI units; inf for no limit.
     noise
-        Standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit.
+        Standard deviation of the noise of the measured current or voltage, A | V; None for 0.2 % of
+        the drive's limit.
     seed
         Seed of axes and noise.
     laws

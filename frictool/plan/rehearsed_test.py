@@ -3,16 +3,17 @@
 The result is the shortest test that reaches the precision, or the most precise test of a given
 duration. A rehearsal simulates a test and its identification (rehearsal.py). `precise_strokes` and
 `precise_ramps` design a test from the Cramér-Rao bound. `identify` reports wider intervals than
-this bound; rehearsals measure the ratio of the two for each parameter. The design is repeated with
-the measured ratios until the upper bound of every half width is at most the requested half width.
+this bound; rehearsals measure the ratio of the two for each parameter. With the measured ratios,
+the design is repeated until the upper bound of every half width is at most the requested half
+width.
 
 An effect such as a delay widens the interval of a parameter if the strokes do not separate the
-effect from the parameter; repeating the strokes does not help. A test is a mix of strokes. The
-first mix is therefore robust: it separates a delay and a spring, and no parameter is much less
-precise than the others. If longer tests are not more precise, the mix with the smallest Cramér-Rao
-bound is tried. If no mix reaches the precision within the duration of the default kind of test
-(`sines`), the default kind is rehearsed. If that test misses the precision, too, longer mixes are
-designed.
+effect from the parameter; repeating the strokes does not help. A test is a mix of different
+strokes. The first mix that is tried is therefore robust: it separates a delay and a spring, and no
+parameter is much less precise than the others. If longer tests are not more precise, the mix with
+the smallest Cramér-Rao bound is tried. If no mix reaches the precision within the duration of the
+default kind of test (`sines`), the default kind is rehearsed. If that test misses the precision,
+too, longer mixes are designed.
 """
 
 from __future__ import annotations
@@ -41,12 +42,13 @@ from frictool.identify.excite.stroke_candidates import worst_axis, worst_sensing
 from frictool.plan.contained_motion import ContainedDesign
 from frictool.plan.rehearsal import HalfWidthSample, rehearse
 
-ROUNDS = 6  # designs of a test
+ROUNDS = 6  # largest number of designs of a test
 LARGEST_STEP = 2.0  # largest factor on the assumed half widths from one round to the next
-RESERVE = 1.05  # factor on a measured half width, so that the rounds end
+# factor on the ratio of the reached to the requested half width, so that the rounds end
+RESERVE = 1.05
 LONGER = 2.0  # least duration of a test, relative to a test that missed the precision
-CONFIRMATIONS = 2  # repetitions of the rehearsals with other axes
-STALLS = 2  # number of longer, but no more precise tests after which another mix is tried
+CONFIRMATIONS = 2  # number of repetitions of the rehearsals, each with other axes
+STALLS = 2  # number of tests that are longer, but not more precise, after which a mix is given up
 NOTICEABLE = 0.9  # least ratio of two durations that are treated as equal
 SHORTER = 0.7  # ratio of reached to requested half width below which a shorter test is tried
 DEFAULT_KIND = "sines"  # kind of test in `excite` with which the designed tests are compared
