@@ -152,4 +152,4 @@ def _of_side(model: Model, controller: Controller, test: DesignTest | None) -> t
         ends = test.judge.reference_range(controller)
         if left := side.left_words(model.axis, *ends, "steps"):
             return f"{left}; pass steps on this side (--scenario), or log the other side", ""
-    return "", f"valid {side.place(model.axis)} only; beyond, the logs show another load"
+    return "", f"valid {side.place(model.axis)} only; elsewhere, the logs show another load"

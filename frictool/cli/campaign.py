@@ -55,7 +55,8 @@ The parameters of the plants are drawn from the ranges of the bench and the mode
 quantities of a mechanism that have low and high. `spread` of the scenario also varies wear,
 temperature, start, sensor faults and disturbances, and can replace ranges. All draws are uniform
 and independent, except that a breakaway is drawn above the Coulomb friction of the same plant. If
-the bench has no range of the breakaway, the ratio of the two is drawn from the model.
+the bench has no range of the breakaway, the ratio of breakaway to Coulomb friction is drawn from
+the model.
 
 --method random: independent draws; a larger -n keeps all draws and adds more. --method latin:
 a Latin hypercube of -n draws. --method vertices: every combination of range ends; if there are more

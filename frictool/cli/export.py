@@ -81,7 +81,7 @@ same names in the folder are replaced. With -o - the files are a tar archive on 
     "--without",
     multiple=True,
     metavar="FEATURE",
-    help="Omit a feature of the model that the target cannot represent; repeatable.",
+    help="Omit a feature of the model that the exported format cannot represent; repeatable.",
 )
 @click.option(
     "--check",

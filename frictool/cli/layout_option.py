@@ -77,7 +77,7 @@ def layout_of(texts: tuple[str, ...]) -> Layout | None:
                 raise click.UsageError(f"{OPTION}: found {text!r}; allowed: KEY=VALUE.")
             node = compose(f"{key.strip()}: {value.strip()}", reader.path)
             entries += node.value if isinstance(node, MappingNode) else []
-        # a mark of the first line serves for the whole mapping
+        # an error about the whole mapping states the position of the first key
         start = entries[0][0].start_mark
         layout: Layout = reader.read(
             MappingNode("tag:yaml.org,2002:map", entries, start, start), Layout, ""

@@ -34,8 +34,8 @@ drive: they show the breakaway, and the sign of the encoder relative to the driv
 consists of strokes, for friction and inertia. With the logs of these two tests, the command
 searches for a controller that meets the specification on every plant within the intervals. If it
 finds a controller, the last test is for `frictool validate`. If a controller exists for the
-identified values only, the next test halves the intervals. A parameter that the logs do not show
-keeps its range.
+identified values only, the next test is designed to halve the intervals. A parameter that the logs
+do not show keeps its range.
 
 Each test respects the limits of travel, speed and drive for all parameter values within the bench's
 ranges. A column feedforward in the test is the effort that the position loop has to add.

@@ -65,7 +65,7 @@ controller or the scenario contains something that the proof does not cover.
     type=FiniteRange(0.0),
     default=0.0,
     show_default=True,
-    help="Time of the search for proved cells of the parameter box; 0: no search.",
+    help="Time of the search for proved cells of the parameter box [min]; 0: no search.",
 )
 @output_option(required=False, help="Proof to write (proof.yaml).")
 @cores_option

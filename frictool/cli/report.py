@@ -41,7 +41,7 @@ undecided if the controller was not verified for the model or the rig of the log
 FAIL if a requirement is not met, else UNDECIDED if one is undecided, else PASS.
 
 The model of a simulated log may be valid only on one side of a position (`valid_side`). If the
-positions leave this side, a requirement that is met becomes undecided. The modulus margin does not.
+positions leave this side, a requirement that is met becomes undecided, except the modulus margin.
 
 --bench, or else the controller's bench, describes the columns of raw CSV and MAT logs, and provides
 the drive's limit and the backlash. Several logs are overlaid, aligned at their common steps.

@@ -44,7 +44,7 @@ class PlayedTest:
 
     @property
     def passed(self) -> bool:
-        """Return True if every requirement is met, and the model lacks no effect that matters."""
+        """Return True if every requirement is met, and `decided` is True."""
         return self.decided and self.all_met
 
     def lines(self, colour: bool) -> list[str]:

@@ -75,7 +75,7 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     - `signed`: True if the counter of `wrap_bits` is signed. This key is needed if the first count
       of the log does not show whether the counter is signed.
     - `index_reset`: True if an index pulse resets the counter. The jumps of the position at the
-      index are then removed. This needs the key `mechanics.top_speed`.
+      index are then removed. The key `mechanics.top_speed` is then required.
     - `time_constant_s`: Time constant of a first-order lag between the true and the reported
       position, such as the filter of a potentiometer or of a 4-20 mA transmitter. The default is 0.
       If the key is absent, `identify` searches the logs for a lag.
@@ -216,12 +216,12 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     @property
     def winding_delays(self) -> bool:
-        """Return whether the inductance of a winding delays the effort of the logged signal."""
+        """Return True if the inductance of a winding delays the effort behind the logged signal."""
         return self.drive == "voltage" and self.servo is None
 
     @property
     def logged_lag_s(self) -> float:
-        """Return the time constant [s] of the logged drive signal between two rows of a log.
+        """Return the time constant [s] with which the logged drive changes between two rows.
 
         The result is 0 if the signal is constant between two rows. A commanded voltage is constant
         between two rows: the drive's lag and the winding's inductance delay only its effect.

@@ -99,7 +99,7 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     """Proved upper bound of a property of the closed loop.
 
     - `of`: Bounded property. `norm` is the norm from the weighted inputs to the weighted outputs.
-      `sensitivity` is the peak of the sensitivity function, which is the inverse of the modulus
+      `sensitivity` is the peak of the sensitivity function; the inverse of this peak is the modulus
       margin.
     - `below`: Value of the bound.
     - `bits`, `factor`, `cells`: Matrices of a proof of version 1. They are read, but not used.

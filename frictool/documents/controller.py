@@ -381,7 +381,8 @@ class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     If the key of a margin is absent, the margin is unlimited.
 
-    - `small_gain`: Largest norm from the friction, scaled to [-1, 1], to the speed [rad/s | m/s].
+    - `small_gain`: Largest norm of the transfer from the friction (divided by the Coulomb friction)
+      to the speed [rad/s | m/s].
     - `gain_increase`, `gain_decrease`: Largest and smallest admissible factor on the loop gain.
     - `phase_deg`: Admissible additional phase lag.
     - `delay_s`: Admissible additional delay.
@@ -400,7 +401,8 @@ class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
     For a loop without weights, the peak of the sensitivity function replaces the norm. The block is
     absent if a certificate proves a bound. A missing key means that the value was not computed.
-    `parameter_dependent` and `common` apply to interpolations of the vertices' sampled models.
+    `parameter_dependent` and `common` are valid for plants that are interpolated between the
+    sampled models of the vertices.
 
     - `interior_points`: Number of plants at which the norm was computed.
     - `interior`: Largest norm at these plants and in a local search from the worst vertex. This is
@@ -501,7 +503,7 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `parameters`: Scheduled parameters.
     - `corners`: Controllers at the corners.
     - `gamma`: Largest norm of the sampled loop at the corners and at plants between them. Each
-      plant has the controller for its parameters.
+      plant is combined with the controller for its parameters.
     - `modulus_margin`: Smallest modulus margin of these plants.
     - `points`: Number of plants between the corners.
     """
@@ -544,7 +546,8 @@ class Controller(
       vertices are verified without the spring and at both ends of the interval of the stiffness.
       Norms and certificate are valid without the spring.
     - `ringing`: Oscillation of the axis after stops, which norms, margins and certificate do not
-      include. `verify` tests the loop with plants of two inertias that have this oscillation.
+      include. `verify` tests the loop with plants that consist of two inertias and have this
+      oscillation.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is replaced
       by its last valid value. After more invalid samples, the drive becomes 0 and the fault flag is
       set.

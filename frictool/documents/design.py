@@ -63,7 +63,7 @@ class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `degree`: Degree of the Lyapunov matrices X and Y in each parameter.
     - `speed_per_s`: Bound of each parameter's rate, in widths of its interval per second; 0 for
       constant parameters.
-    - `points`: Number of grid points along each parameter at the start.
+    - `points`: Initial number of grid points along each parameter.
     """
 
     degree: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1

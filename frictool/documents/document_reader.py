@@ -23,7 +23,7 @@ from frictool.documents.struct_fields import fields_of, hints_of
 OF_A_MECHANISM = {
     "Model": "reduce it first: frictool reduce {path} -o model.yaml",
     "Bench": (
-        "a model has its bench: frictool reduce {path} -o model.yaml writes both; or write "
+        "a model contains its bench: frictool reduce {path} -o model.yaml writes both; or write "
         "a bench.yaml (frictool init)"
     ),
 }

@@ -1,4 +1,4 @@
-"""Warnings about effects that a model's logs show, but that its equations lack."""
+"""Warnings about effects that a model's logs show, but that the model's equations lack."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DIGITS = 3  # significant digits of the entry that the text suggests
 
 
 def missing_effects(model: Model) -> Iterator[str]:
-    """Yield a warning for each effect that the logs of `model` show, but that it lacks."""
+    """Yield a warning for each effect that the logs of `model` show, but that `model` lacks."""
     for missing in (
         missing_winding_lag,
         missing_sensor_lag,
@@ -35,7 +35,7 @@ def undeclared_ringing(model: Model) -> Oscillation | None:
 
 
 def missing_ringing(model: Model) -> str | None:
-    """Return a warning if the model has no resonance, but its logs show one, else None."""
+    """Return a warning if the logs show a resonance, but the model has none; else None."""
     one = undeclared_ringing(model)
     if one is None:
         return None
@@ -43,7 +43,7 @@ def missing_ringing(model: Model) -> str | None:
     value, *ends = (f"{rate / (2.0 * math.pi):.3g}" for rate in rates)
     return (
         f"after stops, the position rings at {value} Hz ({' to '.join(ends)} Hz); margins and "
-        "simulations of this model ignore the compliance; test controllers on a mechanism with it"
+        "simulations ignore this compliance; test controllers on a mechanism that has it"
     )
 
 
@@ -52,11 +52,11 @@ def missing_side(model: Model) -> str | None:
     if model.valid_side is None:
         return None
     place = model.valid_side.place(model.axis)
-    return f"the model is valid {place} only; beyond, the logs show another load"
+    return f"the model is valid {place} only; elsewhere, the logs show another load"
 
 
 def missing_sensor_lag(model: Model) -> str | None:
-    """Return a warning if the position sensor has a lag, which only logs are evaluated with."""
+    """Return a warning if the position sensor has a lag: only evaluations of logs include it."""
     lag = model.bench.encoder.lag_s
     if lag == 0.0:
         return None
@@ -103,8 +103,8 @@ def refuse_sensor_lag(bench: Bench, what: str) -> None:
     lag = bench.encoder.lag_s
     if lag > 0.0:
         raise NoSolutionError(
-            f"{bench.name}: encoder.time_constant_s: found {lag:.{DIGITS}g} s; {what} without a "
-            "lag of the position sensor only (0)"
+            f"{bench.name}: encoder.time_constant_s: found {lag:.{DIGITS}g} s; {what} only "
+            "if the position sensor has no lag (0)"
         )
 
 

@@ -94,13 +94,13 @@ class Model(
     - `resonances`: Modes of compliant links, from `frictool reduce`. A controller is verified with
       these modes. A model with modes cannot be simulated as a single axis.
     - `ringing`: Oscillation of the position after stops in the logs. Its frequency is valid while
-      the motor rests. Margins and simulations do not include this oscillation.
-      `synth` and `verify` test each controller with plants of two inertias that have it.
+      the motor rests. Margins and simulations do not include this oscillation. `synth` and `verify`
+      test each controller with plants that consist of two inertias and have this oscillation.
     - `valid_side`: Side of a position on which the model is valid. On the other side, the logs show
       another load.
-    - `late_position`: Lag or delay of the position behind the effort that the logs show, beyond
-      those in the bench. Margins and simulations do not include it. `synth` tests each controller
-      with a drive that has this lag in addition.
+    - `late_position`: Lag or delay of the position behind the effort, as the logs show it, in
+      addition to the lags and delays in the bench. Margins and simulations do not include this
+      additional lag. `synth` tests each controller with a drive that has this lag in addition.
     - `bench_values_only`: Reason why no parameter was identified (`identify --keep-bench-values`).
       Every parameter then has the value in bench.yaml, and `synth` does not accept the model.
     """

@@ -86,8 +86,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
       before the gains correct this velocity.
     - `switching_radius`: Largest spectral radius of the product of the error matrices of two modes
       that may alternate.
-    - `simulated_gain`: Largest ||z||/||Delta|| of simulated switching sequences of the pairs in
-      `transitions`; at most gamma.
+    - `simulated_gain`: Largest ||z||/||Delta|| in simulations that switch between the modes as
+      `transitions` allows; at most gamma.
     - `smallest_gamma`: In a design with `quiet`, smallest gamma for the requested decay. In any
       other design, smallest gamma without a required decay; `gamma` may be larger because of the
       decay.

@@ -3,7 +3,8 @@
 `simulate` ignores this key. The variations are drawn in addition to the ranges of bench, model or
 mechanism. Every value is drawn uniformly from its range and independently of the other values. A
 breakaway is drawn from those values of its range that are not below the drawn Coulomb friction; if
-only the model has an interval of the breakaway, its ratio to the Coulomb friction is drawn.
+only the model has an interval of the breakaway, the ratio of breakaway to Coulomb friction is drawn
+instead.
 """
 
 from __future__ import annotations

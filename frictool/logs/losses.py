@@ -93,10 +93,11 @@ def loss_count_text(losses: list[DataLoss]) -> str:
 
 
 def loss_lines(losses: list[DataLoss]) -> list[str]:
-    """Return lines of text about the losses, with one line for many losses of a kind.
+    """Return lines of text about the losses; a line may summarise many losses of one kind.
 
     Losses are of one kind if they have the same channels and, apart from a line number, the same
-    reason. The first MOST_SHOWN losses of a kind are shown one by one.
+    reason. Of a kind with many losses, the first MOST_SHOWN losses have a line each, and one line
+    summarises all others.
     """
     kinds: dict[tuple[tuple[str, ...], str], list[DataLoss]] = {}
     for loss in losses:

@@ -97,8 +97,8 @@ def origin_by_name(name: LogName, patterns: NamePatterns) -> LogOrigin:
 def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list[str]:
     """Return a message for each pattern that is probably misspelt.
 
-    Such a pattern matches no name or, if it is the pattern of the date, none of its matches is a
-    date.
+    A pattern is probably misspelt if it matches no name. The pattern of the date is also probably
+    misspelt if none of its matches is a date.
 
     """
     messages = []

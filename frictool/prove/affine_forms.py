@@ -157,9 +157,9 @@ def copy_row(f: Forms, d: int, a: int) -> None:
 
 @summing_kernel
 def _sum_rows(f: Forms, d: int, ka: float, a: int, kb: float, b: int) -> float:
-    """Set the generators of row d to ka a + kb b, and the row's spread to their magnitudes.
+    """Set the generators of row d to ka a + kb b, and its spread to their absolute sum.
 
-    Returns the sum of the magnitudes of the terms.
+    Returns the sum of the magnitudes of all terms ka a and kb b.
     """
     ea = f.extent[a] if ka != 0.0 else 0
     eb = f.extent[b] if kb != 0.0 else 0

@@ -271,7 +271,7 @@ def prove_cell(test: BoxTest, ratios: CellRatios) -> None:
 
 def _hold(test: BoxTest, ratios: CellRatios, start: StepStart, goal: HoldGoal) -> list[StepBounds]:
     if start.position[1] - start.position[0] > WIDEST_PART:
-        raise UnprovedCell("the interval of initial positions exceeds WIDEST_PART")
+        raise UnprovedCell(f"the initial positions span more than {WIDEST_PART} rad or m")
     found = step_bounds(test.loop, ratios, start, goal.plan)
     for one in found:
         _check(test, goal, one)

@@ -164,7 +164,7 @@ def _magnitude(a: float, x: Vector, b: float, y: Vector) -> float:
 
 @kernel
 def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vector) -> None:
-    """Bound the final position after the drive is 0, and its distance from earlier positions.
+    """Bound the final position of an axis whose drive is 0, and its distance to earlier positions.
 
     - stop (3,): additional speed by the decaying drive [rad/s | m/s], and least deceleration in
       forward and in backward motion [rad/s^2 | m/s^2]
@@ -530,13 +530,13 @@ def _finish(
         if tube.motion[ax.AT_REST] == 0.0:
             _join(loop, tube.forms)
         if _follow(loop, cell, tube, plan, plan.settled) != DONE:
-            raise UnprovedCell(f"rest band not certainly reached or left at sample {tube.sample}")
+            raise UnprovedCell(f"it is uncertain if sample {tube.sample} is inside the rest band")
     bounds = np.array([-np.inf, np.inf, np.inf])
     still = np.inf
     for samples in COAST:
         # inside the band: the caller checks this with the bounds `late`
         if _follow(loop, cell, tube, plan, plan.settled + samples, 1) != DONE:
-            raise UnprovedCell(f"rest band not certainly reached or left at sample {tube.sample}")
+            raise UnprovedCell(f"it is uncertain if sample {tube.sample} is inside the rest band")
         stop = _stopping(loop, ratios, tube.forms)
         if stop is None:
             continue

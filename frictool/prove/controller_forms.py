@@ -255,8 +255,9 @@ def _select(f: Forms, c: ControllerRows, d: int, a: int, b: int, e: int, limit: 
 def _largest_held(f: Forms, c: ControllerRows, sign: float, limit: float) -> float:
     """Return a bound of sign * (change of eta) for the case sign * (last drive) > limit.
 
-    In this case, sign * change <= sign * change + factor (sign * drive - limit) for every
-    factor >= 0. The bound is the smallest maximum of the right side over all tried factors.
+    In this case, sign * change <= sign * change + factor (sign * drive - limit) for every factor >=
+    0. For each tried factor, the maximum of the right side is a bound; the smallest of these bounds
+    is returned.
     """
     best = np.inf
     for t in range(15):

@@ -120,5 +120,5 @@ def _requirement(one: ProvedRequirement, unit: str) -> str:
     if one.start is not None:
         text += f", violated by the {one.plant} plant from the start {one.start!r} {unit}"
     elif one.plant:
-        text += f", open for the {one.plant} plant"
+        text += f", undecided for the {one.plant} plant"
     return f"{text}: {one.reason}" if one.reason else text

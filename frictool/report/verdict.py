@@ -127,6 +127,8 @@ def _doubt(
 ) -> str:
     """Return why a simulation that meets the specification may differ from the axis, or "".
 
+    There are two reasons:
+
     - Positions leave the side on which the model is valid.
     - The axis rings after its stops. If the specification has a modulus margin, the result is "",
       since the requirement `modulus_margin` then states this reason.

@@ -103,8 +103,9 @@ def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
     for link, deflection, speed in left_out(moved):
         unit = si_unit("position", made.kinds[int(made.packed.couplings.b[link])])
         warning = (
-            f"{made.couplings[link]} is damped critically; an oscillation of about "
-            f"{deflection:.2g} {unit} and {speed:.2g} {unit}/s is left out, if it causes no event"
+            f"{made.couplings[link]} is damped critically; its oscillation of about "
+            f"{deflection:.2g} {unit} and {speed:.2g} {unit}/s is left out, "
+            "which assumes that it causes no event"
         )
         yield f"{moved.variant.topic}: {warning}"
     strikes = moved.out.events[moved.out.events[:, 1] == STRIKES]

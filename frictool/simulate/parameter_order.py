@@ -85,7 +85,8 @@ def drawn_above(
 ) -> Vector:
     """Return the drawn values (n,) of a parameter with a lower limit, in the unit of `ends`.
 
-    - ends, ratio: as in VariedParameter
+    - ends: range (low, high) of the parameter
+    - ratio: range of the parameter divided by its lower limit; None to draw from `ends`
     - limits (n,): lower limit in each draw
     - parts (n,): position of each value in its range, 0 (low) to 1 (high)
     """

@@ -49,8 +49,8 @@ def accept(
       unstable or has less than the specified modulus margin.
     - With coefficients rounded to double or float, the margin is less than specified, or the norm
       is more than 1 % larger than without rounding.
-    - The virtual friction of a limiter is unstable at rest, or the drive after one encoder count is
-      more than COUNT_LIMIT times the drive's limit.
+    - The loop that a limiter's virtual friction closes is unstable at rest, or the drive after one
+      encoder count is more than COUNT_LIMIT times the drive's limit.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0

@@ -158,7 +158,7 @@ def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> 
     return (
         f"with the resonances of {', '.join(controller.resonances.links)}: stable, modulus margin "
         f"at least {check.modulus_margin:.3f} "
-        f"({check.where}); norms, bounds and certificate are of the plant without resonances"
+        f"({check.where}); norms, bounds and certificate do not include resonances"
     )
 
 
@@ -168,7 +168,7 @@ def _with_spring(posed: SynthesisProblem, controller: stored.Controller) -> tupl
         return ()
     return (
         f"with the spring: stable, modulus margin at least {check.modulus_margin:.3f} "
-        f"({check.where}); norms, bounds and certificate are of the plant without the spring",
+        f"({check.where}); norms, bounds and certificate do not include the spring",
     )
 
 

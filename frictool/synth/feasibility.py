@@ -96,7 +96,7 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     raise NoSolutionError(
         f"response_time_95_s: found {required:.4g} s; a step of {length:.4g} "
         f"{si_unit('position', model.axis)} needs up to {slowest.time + allowance:.4g} s "
-        f"(drive {slowest.time:.4g} s); raise it or {limit}, or shorten steps (synth --scenario)"
+        f"(drive alone {slowest.time:.4g} s); raise it or {limit}, or shorten steps (--scenario)"
     ).at("spec", "response_time_95_s")
 
 
@@ -230,7 +230,7 @@ def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
 
 
 def _check_time(key: str, spec: Spec, least: ShortestTime, model: Model) -> list[str]:
-    """Return a note on longer steps; raise NoSolutionError if the drive is too slow.
+    """Return a note on steps that take longer than required; raise NoSolutionError if all do.
 
     - key: requirement on a time
     - least: function from an axis and a length to the shortest time

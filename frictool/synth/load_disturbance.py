@@ -6,8 +6,9 @@
     spring     stiffness x + offset at the position x, at most its value at an end of the travel
 
 s, c, stiffness and offset are coefficients of the model, which are known within intervals. The
-offset moves the position at which the spring is relaxed, so that both are bounded together. If the
-model states the total load over the travel, its bound limits the sum.
+offset moves the position at which the spring is relaxed, so that spring and offset are bounded
+together. If the model states the total load over the travel, the bound of this total limits
+the sum.
 
 The plants of the polytope do not contain the load. The loops at their vertices are also verified
 with the stiffness of the spring (verify/spring_loop.py).

@@ -92,6 +92,6 @@ def outside_message(controller: str, names: Iterable[str]) -> str:
     """
     phrases = listed(list(names), LONGEST_PHRASES, "; ")
     return (
-        f"is outside the range for which {controller} was verified: {phrases}; its margins do not "
+        f"is outside the range for which {controller} was verified: {phrases}; the margins do not "
         "apply: run frictool synth again"
     )

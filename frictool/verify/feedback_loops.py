@@ -290,7 +290,7 @@ def measured_axis(
 ) -> DiagramBlock:
     """Return the sampled axis of linear_axis.py; outputs: the speed, then the signals `sees`.
 
-    The position is a state only if it is measured or has a spring.
+    The position is a state only if it is measured or if the axis has a spring.
     """
     axis = linear_axis(rates, lag, period, resonance).system
     n = axis.order

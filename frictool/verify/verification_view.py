@@ -196,8 +196,8 @@ def _model(verification: Verification) -> list[str]:
     for part, check in (("resonances", checked.resonant), ("spring", checked.sprung)):
         if check is not None:
             output.append(
-                f"model: with its {part} {check.modulus_margin:.4f}, specified "
-                f"{checked.specified:g}, at {check.where}"
+                f"model: smallest modulus margin with its {part} {check.modulus_margin:.4f}, "
+                f"specified {checked.specified:g}, at {check.where}"
             )
     output.append(
         "model: nonlinear parts, which no margin covers but simulate includes: "

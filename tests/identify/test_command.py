@@ -147,7 +147,7 @@ def test_a_changed_constant_is_applied_to_raw_and_canonical_logs_alike(
         "warning: sines.mcap: effort is recomputed from current with "
         "actuator.constant of bench.yaml, "
         "0.0129 N m/A; "
-        "the effort in the log was made with 0.0134 N m/A\n"
+        "the effort in the log was computed with 0.0134 N m/A\n"
     )
 
 

@@ -98,7 +98,7 @@ def test_values_are_held_from_block_to_block():
 
 @pytest.mark.parametrize(
     ("step", "words"),
-    [(MOST_HELD * PERIOD + 1.0, "during which a value would be held"), (-5.0, "not increase")],
+    [(MOST_HELD * PERIOD + 1.0, "between two rows"), (-5.0, "not increase")],
 )
 def test_a_wrong_time_is_refused(step: float, words: str, tmp_path: Path):
     _, lines = exported(2)

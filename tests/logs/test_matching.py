@@ -46,7 +46,7 @@ def test_a_constant_that_has_changed_is_applied_and_said():
     assert log.main.signals["effort"] == pytest.approx(3.0 * CURRENT)
     assert log.warnings == (
         "effort is recomputed from current with actuator.constant of bench.yaml, 3 N m/A; "
-        "the effort in the log was made with 2 N m/A",
+        "the effort in the log was computed with 2 N m/A",
     )
 
 

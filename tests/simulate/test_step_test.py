@@ -96,7 +96,7 @@ def test_vertices_are_those_of_the_model_whatever_the_controller_was_verified_fo
     log = log_of(scenario(), light)
     assert log.warnings == (
         "model is outside the range for which controller was verified: inertia 4.9e-06 to "
-        "1.53e-05 kg m^2, verified 1.11e-05 to 1.53e-05; its margins do not apply: run frictool "
+        "1.53e-05 kg m^2, verified 1.11e-05 to 1.53e-05; the margins do not apply: run frictool "
         "synth again",
     )
 

@@ -233,7 +233,7 @@ def test_synth_accepts_a_load_and_tells_its_effort_and_its_margin(tmp_path: Path
     told = "disturbance: up to spring and offset 0.01575 + gravity 0.03102 N m"  # 63 rad of travel
     assert told in text.stdout
     assert "with the spring: stable, modulus margin at least" in text.stdout
-    assert "certificate are of the plant without the spring" in text.stdout
+    assert "certificate do not include the spring" in text.stdout
     found = json.loads(synth(tmp_path, model, "--json").stdout)["disturbance"]
     assert found["spring"] == pytest.approx(63.0 * 2.5e-4)
     assert found["gravity"] == pytest.approx(math.hypot(0.031, 0.001))

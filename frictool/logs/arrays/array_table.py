@@ -192,8 +192,8 @@ class ArrayTable:
     ) -> None:
         """Raise LogError if a stream ended early; with a list `losses`, append a loss instead.
 
-        The checksum of a stream is at its end. Therefore the rest of each stream is read first if
-        all rows were read.
+        If all rows were read, the rest of each stream is read first, because the checksum of a
+        stream is at its end.
         """
         if read == rows:
             for stream in streams.values():

@@ -77,7 +77,8 @@ class MessageTable(LibraryTable):
     """Table of the frames of one CAN message.
 
     message: definition of the message in the DBC, an object of cantools.
-    identifier: (number, is_extended): identifier of the frames, True if the identifier is extended.
+    identifier: (number, is_extended) of the frames; is_extended is True for an identifier of 29
+        bits.
     reader: name of the class of python-can that reads the file.
     """
 

@@ -39,7 +39,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return a table of all vectors of the file, followed by its MATLAB tables and timetables.
+    """Return a table of all vectors of the file, then each MATLAB table and timetable.
 
     All vectors that a log uses must have the same length.
     """

@@ -65,7 +65,7 @@ NUMERIC = frozenset(CLASSES[6:16])
 
 @dataclass(frozen=True)
 class MatTag:
-    """Head of an element.
+    """Head of a data element of the file.
 
     length: size of the content in bytes.
     inline: the content, if it is packed into the head; None if the content follows the head.

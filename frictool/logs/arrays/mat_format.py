@@ -31,7 +31,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return a table of all vectors of the file, followed by its MATLAB tables and timetables.
+    """Return a table of all vectors of the file, then each MATLAB table and timetable.
 
     All vectors that a log uses must have the same length. Raises LogError if the file has neither a
     vector nor a readable MATLAB table. Damage inside a vector is reported when the vector is read.

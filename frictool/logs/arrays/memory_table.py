@@ -80,7 +80,7 @@ def in_memory(
 
     The result may have more than `most` rows, because blocks are not divided.
 
-    losses: list to which damaged data is appended (see RawTable); None to raise LogError instead.
+    losses: list to which losses are appended (see RawTable); None to raise LogError instead.
     """
     blocks = []
     rows = 0

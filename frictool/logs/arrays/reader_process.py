@@ -99,8 +99,8 @@ class GuardedTable:
     def find(self, wanted: str | int) -> str | None:
         """Return the name of the column with the name or number (from 1) `wanted`, else None.
 
-        `TOPIC/NAME` requests a column of this table only. Raises LogError if `wanted` is an item
-        that is not a column of real numbers.
+        `TOPIC/NAME` denotes the column NAME if TOPIC is the topic of this table. Raises LogError if
+        `wanted` is an item that is not a column of real numbers.
         """
         if (
             isinstance(wanted, str)

@@ -36,7 +36,7 @@ class CanonicalReader:
 
     path: name of the file for messages.
     stream: the open file.
-    lost: list to which unreadable data is appended; None if unreadable data raises LogError.
+    lost: list to which each loss is appended; None if unreadable data raises LogError.
     only: byte offsets of the chunks to decompress; None for all chunks.
     """
 

@@ -93,8 +93,8 @@ class CanonicalStream:
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
         """Yield the samples.
 
-        Damaged data raises LogError. If `salvage` is True, it is skipped, because `open_mcap` has
-        recorded it.
+        Damaged data raises LogError if `salvage` is False, and is skipped if `salvage` is True.
+        `open_mcap` has already recorded this damage.
         """
         path = Path(self.source)
         with open_log(path) as stream:

@@ -58,7 +58,7 @@ class LooseMessages(NamedTuple):
 class DamagedBytes(NamedTuple):
     """Bytes `start` to `end` of the file that cannot be read, and the reason.
 
-    rest: beginning of a chunk whose end is missing at the end of the file; else empty.
+    rest: first bytes of a chunk that the end of the file cuts off; else empty.
     bare: True if only the head of a chunk is lost. The records of the chunk are then yielded one by
         one.
     """
@@ -242,8 +242,9 @@ def _is_header(body: bytes) -> bool:
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
     """Return True if the lengths inside a body agree with the record's length.
 
-    For a message, its times are checked instead; for a footer or data end record, its length. The
-    result is False for kinds of records at which reading is not resumed.
+    The body of a message contains no lengths, so that its times are checked instead. Of a footer or
+    a data end record, only the record's length is checked. The result is False for kinds of records
+    at which reading is not resumed.
     """
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
         start, end, _, _, name = _CHUNK.unpack_from(body)

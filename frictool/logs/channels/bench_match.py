@@ -65,7 +65,7 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
                 f"effort is recomputed from {bench.actuator.drive} with actuator.constant of "
                 f"bench.yaml, {constant:.6g} {unit}"
             )
-            noted.append(f"{made}; the effort in the log was made with {before:.6g} {unit}")
+            noted.append(f"{made}; the effort in the log was computed with {before:.6g} {unit}")
     streams = tuple(
         replace(stream, signals=signals) if one is stream else one for one in log.streams
     )

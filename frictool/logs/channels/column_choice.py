@@ -7,9 +7,9 @@
     unit      the unit in the file, else the unit at the end of the name; a question if both are
               missing
 
-Three missing units are inferred without a question. Joint states of ROS recordings are in SI.
-Integers in a column that is named after an encoder are counts. Times with steps of 1e-5 to 0.02 are
-in seconds.
+In three cases, a missing unit is inferred without a question. Joint states of ROS recordings are in
+SI. Integers in a column that is named after an encoder are counts. Times with steps of 1e-5 to 0.02
+are in seconds.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ MOTION = ("position", "velocity")
 SCALED = ("temperature", TIME)  # dimensions that no log states in per cent of a full scale
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
-OUTPUT = "is this output of a controller the drive? if it is a current, write current"
+OUTPUT = "is this controller output the drive signal? if it is a current, write current"
 LOAD_SIDE = (
     "is this the torque or force of the drive, or of a sensor at the load? the channel "
     "effort is the effort of the drive"
@@ -198,7 +198,7 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
 
 
 def _unknown_position(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
-    """Return a question for the position, if the name of a column that changes is unknown."""
+    """Return a question about the position if a column with an unknown name changes, else {}."""
     unknown = [
         one
         for one in offered
@@ -221,8 +221,8 @@ def _unknown_position(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str,
 def _unneeded(channel: str, choice: ColumnChoice, chosen: Mapping[str, ColumnChoice]) -> bool:
     """Return True if a channel can be left out, so that the user need not answer a question.
 
-    A channel `effort` is needed only if the file has neither current nor voltage, and the output of
-    a controller only if it has no current. A temperature is never needed.
+    A channel `effort` is needed only if the file has neither current nor voltage. The output of a
+    controller is needed only if the file has no current. A temperature is never needed.
     """
     if any(question.why == OUTPUT for question in choice.questions):
         return "current" in chosen
@@ -262,7 +262,7 @@ def _names_position(one: OfferedColumn) -> bool:
 def _channels(one: OfferedColumn, axis: Axis, neutral: Set[str]) -> tuple[list[str], int]:
     """Return the channels that a column fits, and the rank of its name (`clarity`).
 
-    neutral: words that do not prevent the interpretation of a name as a position command.
+    neutral: words that the name of a position command may contain besides a word for a command.
     """
     if one.preset is not None:
         return [one.preset.channel] if one.preset.channel != NO_CHANNEL else [], 0
@@ -333,7 +333,7 @@ def _full_scale_questions(channel: str, one: OfferedColumn, axis: Axis) -> list[
     full = "travel" if dimension == "position" else f"rated {dimension}"
     return [
         ColumnQuestion(channel, "unit", units, f"{one.name!r} is in %"),
-        ColumnQuestion(channel, "scale", (f"{full}/100",), f"100 % is the {full} in this unit"),
+        ColumnQuestion(channel, "scale", (f"{full}/100",), f"100 % means the {full}, in this unit"),
     ]
 
 
@@ -346,7 +346,7 @@ def _doubt(channel: str, one: OfferedColumn) -> str | None:
     if len(named) > 1 and one.unit is None and one.preset is None:
         return f"its name says {' or '.join(named)}; move the line to the right channel"
     if is_connector(one.name):
-        return "is this the signal? its name is only a connector of the instrument"
+        return "is this the signal? its name denotes only a connector of the instrument"
     if channel == "voltage" and one.unitless and clarity(one.name) == PROCESS:
         return OUTPUT
     if channel == "voltage" and one.preset is None and "input" in words(one.name):
@@ -380,7 +380,7 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
         interval = float(np.median(steps)) if steps.size else 0.0
         if SECONDS[0] <= interval <= SECONDS[1] and TIME in quantities(one.name):
             return "s", None
-        why += f", and its steps are {interval:.6g}; remove time if it counts samples"
+        why += f", and its steps are {interval:.6g}; if it counts samples, remove the key time"
     if (
         dimension == "position"
         and re.search(r"enc|count|tick", one.name.lower())

@@ -1,4 +1,4 @@
-"""Deadband of a compressed record: the logger leaves out changes that are smaller."""
+"""Deadband of a compressed record: the logger leaves out changes below the deadband."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def deadband(values: Vector) -> tuple[float, float] | None:
     values: equidistant samples (n,), all multiples of the step.
 
     A signal with a deadband has no changes of a single step, even where it reverses or begins to
-    move. A fast axis also has no changes of a single step, but it seldom reverses. The result is
-    therefore None for a signal that seldom reverses or begins to move.
+    move. The signal of a fast axis also has no changes of a single step if the axis seldom
+    reverses. The result is therefore None for a signal that seldom reverses or begins to move.
     """
     changes = np.diff(values)
     moves = changes != 0.0

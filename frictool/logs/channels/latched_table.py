@@ -81,8 +81,8 @@ class LatchedTable(DerivedTable):
         row = int(np.argmax(steps))
         if steps[row] > MOST_HELD * self._period:
             pause = (
-                f"no row in {steps[row] / NS:.4g} s, during which a value would be held; allowed: "
-                f"at most {MOST_HELD} samples of sample_period_s; is the time right?"
+                f"no row for {steps[row] / NS:.4g} s; allowed: at most {MOST_HELD} samples of "
+                "sample_period_s between two rows; check the unit of columns.time"
             )
             raise LogError(self.source, pause, line=self._table.line(block.first_row + row))
 

@@ -32,8 +32,8 @@ def unassigned_time(table: RawTable, period: float) -> str | None:
 
     A time column increases, and its unit or its name denotes a time. Successive rows may share a
     time, for example in whole seconds, if equally many rows share each time. A column that has no
-    unit and increases by 1 per row is a row number, and no time. If one time column agrees with the
-    sample period, the result is None.
+    unit and increases by 1 per row is a row number and not a time. If one time column agrees with
+    the sample period, the result is None.
 
     table: table whose rows are read at equal intervals, because bench.yaml assigns no time.
     period: sample period [s] of bench.yaml.

@@ -1,8 +1,8 @@
 """Unwrapping of positions and references that a sensor shows modulo a period, block by block.
 
 At a wrap, the shown value y jumps by about the period P, although the position x changes by less
-than P/2. Steps of x that differ by a multiple of P give the same step of y; the shortest of these
-steps is assumed:
+than P/2. A step of y does not determine the step of x, because steps of x that differ by a multiple
+of P look equal in y. The shortest possible step of x is assumed:
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 

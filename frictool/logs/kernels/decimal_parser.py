@@ -42,7 +42,7 @@ _EXACT = np.uint64(1 << 53)
 
 
 def _fives() -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
-    """Return, for each q from LOWEST to HIGHEST, a truncated 5^q = leading 2^shift.
+    """Return (leading, shifts): truncated powers 5^q = leading 2^shift, q = LOWEST to HIGHEST.
 
     - leading: integers of 64 bits; the highest bit is 1
     - shifts: exponents of the power of two

@@ -15,7 +15,7 @@ from frictool.typing import Vector
 # maximum number of distinct values collected: these suffice to show any relevant step
 MOST = 1 << 17
 SEVERAL = 2.0 * (1.0 - ON_LATTICE)  # least ratio of two steps for a warning
-CHANCE = 1e-6  # there is a warning if chance causes coarse steps with a lower probability
+CHANCE = 1e-6  # largest probability that coarse steps occur by chance, for a warning
 # least number of rest positions between the bench's counts, and their least share of all rest
 # positions
 FEWEST_BETWEEN, SHARE_BETWEEN = 3, 0.25
