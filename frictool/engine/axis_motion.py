@@ -77,9 +77,12 @@ def _opposing(p: Vector, laws: Laws, x: float) -> float:
 def _rest(
     state: Vector, command: float, p: Vector, laws: Laws, remaining: float, refused: float
 ) -> tuple[float, float]:
-    """Keep the axis at rest for up to `remaining` [s]; return (duration, breakaway direction or 0).
+    """Keep the axis at rest for up to `remaining` [s]; return duration and breakaway direction.
 
-    refused: direction in which the axis cannot break away, because a slip has just failed to start.
+    The direction is 0 if the axis does not break away.
+
+    refused: direction in which the axis cannot break away, because a slip in this direction has
+    just ended at its start; 0 if there is none.
     """
     lag = p[ax.LAG]
     drive = state[ax.DRIVE]
@@ -376,7 +379,7 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
 def advance_axis(
     state: Vector, command: float, parameters: Vector, curved: Laws, duration: float
 ) -> int:
-    """Advance `state` as `advance` does, with the integrators of slips only if required.
+    """Advance `state` as `advance` does; slips are integrated in steps only if required.
 
     curved: None if every slip has a closed form (axis_friction.py `is_straight`), else
     `parameters`.

@@ -80,7 +80,7 @@ class FrictionBody:
     stops: tuple[float, float] = (-math.inf, math.inf)  # m
     restitution: float = 0.0  # ratio of the speeds after and before an end stop
     tolerance: float = TOLERANCE_DEFAULT
-    # friction/law_extension.py; an extension defines the knees itself
+    # friction/law_extension.py; such an extension defines the knees instead of `knee`
     extension: PackedExtension | None = None
 
     def law_in(self, direction: float) -> Vector:

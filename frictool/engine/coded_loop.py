@@ -67,7 +67,7 @@ def run_coded(
     measured = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
     decay = math.exp(-period / axis[ax.LAG]) if axis[ax.LAG] > 0.0 else 0.0
-    held = False  # True if the axis rests and the drive `last` keeps it at rest
+    held = False  # True if the axis is at rest and stays at rest as long as the drive is `last`
     last = 0.0
     for k in range(reference.shape[0]):
         measured = encoder_reading(axis, state, measured, conditions, k)

@@ -13,7 +13,8 @@ The parameter array contains, in this order:
 - the parameters of the axis (plant/axis_friction_laws.py)
 - HEAD values: addresses of the law's kernels, and sizes of arrays
 - the array `scales` of `dynamic_law_motion.run_dynamic`
-- for each parameter of the law, the factor with which it drifts: FRICTION, SLOPE or 0 (none)
+- for each parameter of the law, the drift that multiplies the parameter: FRICTION, SLOPE (viscous
+  friction) or 0 (none)
 - the arrays of `law_extension.PackedExtension`
 - the load (plant/position_load.py)
 
@@ -63,12 +64,13 @@ from frictool.plant.position_load import appended, load_start
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
-# head of the values of a law; a float represents the three addresses (< 2^53) exactly
+# the HEAD values; a float represents the three addresses (< 2^53) exactly
 RATE, FORCE, COMMIT, MOVING, STATES, PARAMETERS = range(6)
 HEAD = 6
 STEP = ax.STATE_SIZE  # index in the state; z follows
 
-FRICTION, SLOPE = 1.0, 2.0  # a parameter drifts with the dry or the viscous friction; 0: no drift
+# a parameter drifts with dry friction or with viscous friction; 0: no drift
+FRICTION, SLOPE = 1.0, 2.0
 MAX_IMPACTS = 10_000  # largest number of impacts at end stops in a call
 SHORTEST_FLIGHT = 1e-6  # s; a rebound with a shorter flight ends at rest at the stop
 BISECTIONS = 60
@@ -101,7 +103,8 @@ def with_dynamic_law(axis: Vector, dynamic: AxisDynamicLaw) -> Vector:
 def with_contact(state: Vector, dynamic: AxisDynamicLaw) -> Vector:
     """Return the state of an axis with a dynamic law whose contact is undeflected.
 
-    It consists of the state of the axis (7,), the step length 0 s, and the internal state z.
+    The returned array contains the state of the axis (7,), the step length 0 s, and the internal
+    state z.
     """
     kernels = dynamic.law.kernels
     assert isinstance(kernels, DynamicKernels)
@@ -124,8 +127,8 @@ def impose_on_law(axis: Vector, p: Vector, friction: float, viscous: float) -> N
     """Set the law's parameters in `p` to the parameters in `axis`, multiplied by two factors.
 
     `viscous` multiplies the parameters of viscous friction. `friction` multiplies the parameters of
-    dry friction, and the stiffness and the damping of the contact; the largest deflection therefore
-    stays constant.
+    dry friction, and the stiffness and the damping of the contact; the largest deflection of the
+    contact therefore stays constant.
     """
     if not has_dynamic_law(p):
         return

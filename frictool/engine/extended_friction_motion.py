@@ -307,7 +307,7 @@ def slip_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """Take one accepted step of a slip with a lubricant film; return step length [s] and status.
+    """Integrate a slip with a lubricant film over one step; return its length [s] and a status.
 
     - pace (3,): as in `motion_pieces.layer_piece`
     - slopes (7, 4): derivatives at the step's stages

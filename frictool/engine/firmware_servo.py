@@ -116,7 +116,7 @@ def follow_goal(
 
 
 def _mean_over_step(switch: NDArray[np.bool_], late: Vector, step: float) -> Vector:
-    """Return the mean (m,) of an on-off signal `switch` (n,) over intervals of its index.
+    """Return the mean (m,) of an on-off signal `switch` (n,) over each of m intervals of its index.
 
     Interval k begins at the index `late`[k], which may be fractional, and has the length `step`.
     """

@@ -122,7 +122,8 @@ def _hold_breakaway(force: Valued, u: float, z: Vector, laws: Laws, w: float) ->
 def _film_after(laws: Laws, w: float, v: float, after: float, span: float) -> float:
     """Return the lubricant film's lagged velocity after `span` [s].
 
-    v changes linearly to `after` in this time. A pure delay is handled between steps only.
+    w is the lagged velocity at the start. During `span`, the velocity changes linearly from v to
+    `after`. A pure delay is handled between steps only. Without a film, the result is `after`.
     """
     table = laws[2]
     if table.shape[0] == 0:

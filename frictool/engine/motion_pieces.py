@@ -179,7 +179,7 @@ def layer_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """Take one accepted step in the Stribeck layer; return the step's length [s] and a status.
+    """Integrate one step in the Stribeck layer; return the length of the step [s] and a status.
 
     pace (3,): step length to try [s], 0 at first; logarithm of the last error; time at which the
     body entered the layer [s]. The error of v is at most `tolerance` times the largest of three

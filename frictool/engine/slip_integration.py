@@ -163,8 +163,9 @@ def curved_slip(
 
     The slip ends at a limit of `speed_band` or at the boundary of `next_place`. to_edge [rad | m]:
     distance after which the backlash closes; <= 0 if the backlash is closed. Returns duration [s],
-    distance [rad | m], final speed [rad/s | m/s], and the cause of the end (one of HELD, SLOWER,
-    FASTER, PLACE, FAILED, CONTACT).
+    distance [rad | m], final speed [rad/s | m/s], and the cause of the end: HELD (no event within
+    `remaining`), SLOWER or FASTER (lower or upper limit of the speed), PLACE (boundary), CONTACT
+    (backlash closes) or FAILED (no accurate step).
     """
     at = np.zeros(ROWS)
     slopes = np.zeros((ROWS, dp.STAGES))

@@ -19,8 +19,8 @@ endless cycles:
 - A body leaves the Stribeck layer at a higher speed than the speed at which it enters the layer.
   Likewise, the viscous coefficient changes at a higher speed while the body speeds up than while
   it slows down.
-- A rebound from an end stop with a flight shorter than SHORTEST_FLIGHT times the duration of the
-  run ends at rest there (event RESTS_AT_STOP).
+- After a rebound from an end stop whose flight would be shorter than SHORTEST_FLIGHT times the
+  duration of the run, the body rests at the stop (event RESTS_AT_STOP).
 
 Any other endless cycle ends the call with status TOO_MANY_EVENTS, at the returned time.
 

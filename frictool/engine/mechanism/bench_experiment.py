@@ -39,8 +39,8 @@ def play_reference(
     """Simulate a mechanism under the bench's position loop with the `reference` (n,).
 
     - servo (5,): array of a `PositionServo`
-    - inputs, drifting, out: records of engine/mechanism/closed_loop.py; `inputs` must contain no
-      signals, and `drifting` no drifts
+    - sight, inputs, drifting, out: records of engine/mechanism/closed_loop.py; `inputs` must
+      contain no signals, and `drifting` no drifts
 
     `position` and `drive` (n,) are filled. Returns a status of engine/status_codes.py.
     """

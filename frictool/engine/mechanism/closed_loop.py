@@ -83,7 +83,7 @@ class MechanismInputs(NamedTuple):
 
 
 class DriftedNumbers(NamedTuple):
-    """Conditions at each sample, and the mechanism's parameters that conditions multiply.
+    """Conditions at each sample, and the mechanism's parameters that the conditions multiply.
 
     - conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) if there are no conditions
     - limit: limit of the controlled drive, as measured by the sensor of the drive

@@ -28,7 +28,8 @@ class EnergyBalance(NamedTuple):
     - put_in: work of sources and external efforts
     - lost: work that all other elements absorb, minus the work that they return
 
-    The energy of a curve is 0 at its first point.
+    The energy of a force that is given as a curve over the position is 0 at the first point of the
+    curve.
     """
 
     kinetic: float

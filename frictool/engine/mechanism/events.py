@@ -90,7 +90,8 @@ def write_changes(
     - before: modes before the event
     - speeds (n,): speeds before the event
 
-    A change of a joint's branch is written only if the joint has losses.
+    A change of a joint's branch (side of the kink of its loss) is written only if the joint has
+    losses.
     """
     k, p, _ = machine
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]

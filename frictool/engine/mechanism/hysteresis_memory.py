@@ -14,7 +14,10 @@ AT_REVERSAL = 1e-3  # speed below which a step may pass 0, relative to the speed
 
 @part_kernel
 def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) -> float:
-    """Return the time of the first reversal of a dynamic law in a step; h [s] if there is none."""
+    """Return the time within a step at which a block with a dynamic law first reverses.
+
+    The result is the step length h [s] if no such block reverses.
+    """
     n = k[ly.BLOCKS]
     shortest = h
     for f in range(k[ly.FRICTIONS]):

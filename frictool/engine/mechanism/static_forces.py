@@ -30,8 +30,8 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     sided: True to restrict the load of each self-locking joint to one side of its kink. The kink is
     the force at which the slope of the loss changes. The branch of the joint (state.py) selects the
     side. If the branch is 0 and `towards` is 0, the load must be at the kink. If the branch is 0
-    and `towards` is 1 or -1, the load must be on the side on which the joint drives while the root
-    moves in the direction `towards`.
+    and `towards` is 1 or -1, the load must be on the side on which the joint's driving end drives
+    the load while the root moves in the direction `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]

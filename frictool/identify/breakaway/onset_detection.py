@@ -103,7 +103,7 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
 
 
 def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
-    """Return why `is_ramp` rejects a log that rests most of the time; None without ramps."""
+    """Return why `is_ramp` rejects a log that rests most of the time; None if it has no ramps."""
     record = _steady(record)
     rests = _rests(record, _heaviest(bench))
     if resting_time(rests) < REST_SHARE * record.position.size:
@@ -341,9 +341,10 @@ def _onset(
 
 
 class _Line(NamedTuple):
-    """Line of |effort| over the time from a change: level, rate and noise in SI units.
+    """Line fitted to |effort| over time; time 0 is a change of the encoder's count.
 
-    `rise` is the difference between `level` and the lowest |effort| during the rest, N m | N.
+    Level at time 0 and rate of the line, and rms noise around the line, are in SI units. `rise` is
+    the difference between `level` and the lowest |effort| during the rest, N m | N.
     """
 
     level: float

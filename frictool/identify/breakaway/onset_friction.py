@@ -193,7 +193,7 @@ class OnsetData:
 
     @property
     def yields(self) -> bool:
-        """Return True if the drive train yields by counts before the onsets."""
+        """Return True if the drive train yields by a count or more before any onset."""
         return any(onset.yields for onset in self.onsets)
 
     def later(self, fall: StribeckFall) -> OnsetData:
@@ -361,7 +361,7 @@ def onset_data(
 def _below_coulomb(
     onsets: Sequence[BreakawayOnset], axis: Mapping[str, Interval], resolution: float
 ) -> list[BreakawayOnset]:
-    """Return the onsets that cannot be breakaways, because Coulomb friction is larger.
+    """Return the onsets that cannot be breakaways, because their effort is below Coulomb friction.
 
     These onsets form the lower of two groups in one direction (`lower_group`), and their efforts
     are below the interval of Coulomb friction. The mean effort of both directions is regarded as

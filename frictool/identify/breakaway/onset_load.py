@@ -49,7 +49,7 @@ def harmonic_units(number: float) -> tuple[PositionLoad, PositionLoad]:
 
 
 def load_sum(units: Sequence[PositionLoad], factors: Vector) -> PositionLoad:
-    """Return the sum of the unit loads times their `factors` (p,)."""
+    """Return the sum of p unit loads, each multiplied by its factor in `factors` (p,)."""
     pairs = list(zip(units, factors.tolist(), strict=True))
     return PositionLoad(
         sum(factor * unit.stiffness for unit, factor in pairs),
@@ -87,7 +87,7 @@ class OnsetLoad:
 
     @property
     def bounded(self) -> OnsetLoad:
-        """Return a copy without `free`, in which the loads `most` are possible loads instead."""
+        """Return a copy without `free`; the loads in `most` are added to `possible` instead."""
         return replace(self, free=(), possible=(*self.possible, *self.most), constant=True)
 
 
@@ -122,7 +122,7 @@ def joint_errors(over: Span | None, error: float) -> tuple[tuple[PositionLoad, .
 
 
 def load_errors(load: Load | None) -> tuple[tuple[PositionLoad, ...], ...]:
-    """Return for each parameter of a load: the load's changes at both ends of its interval."""
+    """Return the change of a load at each end of the interval of each load parameter."""
     if load is None:
         return ()
     parts: list[tuple[PositionLoad, Estimate]] = []

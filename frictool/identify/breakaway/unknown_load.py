@@ -36,7 +36,7 @@ from frictool.typing import Matrix, Vector
 
 
 def inseparable(load: OnsetLoad, why: str) -> UnusableLogs:
-    """Return the error for ramps that do not separate the breakaway from a declared load."""
+    """Return the exception for ramps that do not separate the breakaway from a declared load."""
     return UnusableLogs(
         f"these ramps cannot separate the breakaway from the declared {load.what}: {why}; add "
         "ramps both ways at the same positions, or a log of sliding"

@@ -275,7 +275,7 @@ def inertia_over_position(
 
 
 def joined(fit: SlidingFit, other: SlidingFit, method: str, why: str) -> SlidingFit:
-    """Return `fit` with the inertia of `other`, a fit by `method`, used for the reason `why`."""
+    """Return `fit` with the inertia of `other`, a fit by `method`; `why` is the reason as text."""
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
     parameters = {"inertia": other.parameters["inertia"], **fit.parameters}
     details = {name: other.details[name] for name in WEAK_DETAILS if name in other.details}

@@ -322,7 +322,7 @@ def _own_motion(simulated: SegmentSimulation, fitted: SimulationFit, name: str) 
 
 
 def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the position-dependent load terms whose intervals all contain 0."""
+    """Return the position-dependent load terms of which every parameter may be 0."""
     load = None if fit.laws is None else fit.laws.load
     gravity = (
         None if load is None or load.gravity is None else (load.gravity.sine, load.gravity.cosine)

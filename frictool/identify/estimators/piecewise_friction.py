@@ -188,7 +188,7 @@ def _bends(means: StrokeMeans, knees: tuple[float, ...], confidence: float) -> b
 
 
 def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float, ...] | None:
-    """Return `knees` and a new knee, at their best speeds; None if no new knee is possible."""
+    """Return `knees` and a new knee, all at their best speeds; None if no new knee is possible."""
     slow = np.sort(means.mean(means.speed))
     fast = np.sort(np.maximum.reduceat(means.speed, means.starts))
     if slow.size < 2 * FEWEST_ROWS or slow[FEWEST_ROWS - 1] >= fast[-FEWEST_ROWS]:

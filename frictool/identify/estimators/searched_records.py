@@ -276,7 +276,7 @@ class SearchedRecords:
         return None if peak is None else (self._harmonic(waves, peak.number), peak)
 
     def _harmonic(self, waves: tuple[float, ...], number: float) -> Hypothesis:
-        """Return the hypothesis of a ripple `number` [1/rad | 1/m] in addition to `waves`."""
+        """Return the hypothesis of a ripple with the wave number `number`, added to `waves`."""
         if self.rotary:
             shown = f"{number:.4g} cycles a turn"
             key = f"{{cycles: {number:.4g}, per: {{value: 1, unit: turn}}}}"

@@ -64,7 +64,7 @@ class StrokeRows:
     """Means over the middle of each stroke, one row (m,) per stroke.
 
     - acceleration: mean acceleration, (m,), rad/s^2 | m/s^2
-    - position: position of each sample in the middle of a stroke, (n,), rad | m
+    - position: position of each sample in the middle part of its stroke, (n,), rad | m
     - means: rows for `piecewise_friction`
     """
 
@@ -122,7 +122,7 @@ def _column(name: str, means: StrokeMeans) -> Vector:
 
 
 def without(rows: StrokeRows, fixed: Mapping[str, Interval]) -> StrokeRows:
-    """Return the rows without the effort and the columns of the fixed parameters."""
+    """Subtract the effort of the parameters `fixed`, and remove their columns; return the rows."""
     if not fixed:
         return rows
     means = rows.means

@@ -18,7 +18,8 @@ from frictool.identify.rows.slip_fit import weighted_fit
 from frictool.typing import Vector
 
 CLASSES = 12
-# largest ratio of two weights, so that a class with small residuals by chance does not dominate
+# largest ratio of two weights, so that a class whose residuals are small by chance does not
+# dominate
 LARGEST_RATIO = 10.0
 
 

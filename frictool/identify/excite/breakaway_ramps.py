@@ -203,7 +203,7 @@ def breakaway_ramps(
 
 
 def ramp_duration(bench: Bench, rates: Vector) -> Vector:
-    """Return the duration [s] of one of SEGMENTS ramps, with its pause, for each rate.
+    """Return the duration [s] of a ramp with its pause, for each rate; SEGMENTS ramps per travel.
 
     rates: slopes (n,) of the ramps, N m/s | N/s. All pauses are as long as the pause after the
     fastest ramp, after which the axis coasts for longest.

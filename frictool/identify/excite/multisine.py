@@ -128,7 +128,7 @@ def multisine(
 
 
 def _effort_bound(limits: BenchLimits, velocity: Vector, acceleration: Vector) -> float:
-    """Return the largest scale factor of a motion that the worst axis can still follow."""
+    """Return the largest factor by which a motion can be scaled so that the worst axis follows."""
     return spare_effort(limits) / float(
         np.abs(limits.inertia * acceleration + limits.viscous * velocity).max()
     )

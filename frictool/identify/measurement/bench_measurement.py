@@ -40,7 +40,7 @@ def measurement(
 ) -> Measurement:
     """Return backlash, delay, time constant of the current loop and constants of the winding.
 
-    If the logs do not determine a property, `refused` contains the reason.
+    If the logs do not determine a property, the field `refused` of the result contains the reason.
 
     - records: records of sliding motion
     - currents: commanded current (n,) [A], measured current (n,) [A] and sample period [s] of each

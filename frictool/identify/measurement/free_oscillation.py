@@ -2,8 +2,9 @@
 
     x(t) = c + d t + e^(-s t) (p cos w t + q sin w t)
 
-On a rigid axis, the effort or a load over the position causes each acceleration that opposes the
-displacement. An elastic drive train or an elastic contact oscillates without such an effort:
+w is the angular frequency, and s the decay rate. On a rigid axis, the effort or a load over the
+position causes each acceleration that opposes the displacement. An elastic drive train or an
+elastic contact oscillates without such an effort:
 
     share = Re(U conj(a)) / (J |a|^2) + k/(J w^2)
 
@@ -62,7 +63,7 @@ class StopWindow(NamedTuple):
 
     - position, effort: equidistant samples (n,), rad | m and N m | N
     - period: sample period, s
-    - moved: largest distance of the position from the window's mean, before the window, rad | m
+    - moved: largest distance between the positions before the window and the window's mean, rad | m
     - resolution: encoder count, rad | m
     """
 
@@ -77,7 +78,7 @@ class FreeOscillation(NamedTuple):
     """Oscillation after one stop.
 
     - rate, rate_error: angular frequency w and its standard error, rad/s
-    - decay, decay_error: s and its standard error, 1/s
+    - decay, decay_error: decay rate s and its standard error, 1/s
     - amplitude: amplitude at the start of the window, rad | m
     - share, share_error: `share` of the module docstring, and its standard error
     """

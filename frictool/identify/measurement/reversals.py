@@ -137,7 +137,7 @@ class OtherCauses:
     """Loads and friction that may change the effort after reversals, as a backlash does.
 
     - bench: bench whose loads may act
-    - low, high: ends of the travel in all records, rad | m
+    - low, high: lowest and highest position in all records, rad | m
     - top_speed: top speed in all records, rad/s | m/s
     """
 
@@ -171,7 +171,7 @@ class OtherCauses:
 
 @dataclass(frozen=True)
 class ReversalRegression:
-    """Rows (n,) of all records, with the part of other causes removed from each column."""
+    """Rows (n,) of all records, without the part of each column that other causes explain."""
 
     rows: list[ReversalRows]
 

@@ -4,7 +4,7 @@ The first windows after each stop, with the lengths WINDOWS, are searched for a 
 (`free_oscillation.py`). A single oscillation may be chance, or an impact. The axis rings if
 
 - at least LEAST_STOPS stops, and at least half of all stops with an oscillation, agree in the
-  frequency within AGREE
+  frequency within the relative difference AGREE
 - the oscillations decay: none grows significantly, and their mean decay differs from 0 by CERTAIN
   standard errors. The amplitude of a self-excited oscillation also increases at times.
 - effort and load do not cause the oscillations: the mean `share` of the acceleration that effort
@@ -63,8 +63,8 @@ class _Found(NamedTuple):
 def ringing(records: Sequence[MotionRecord], model: Model) -> Oscillation | None:
     """Return the oscillation of the axis after its stops, or None if the records show none.
 
-    The interval of the frequency contains the frequency after one further stop with the confidence
-    of the model. Records with a measured velocity are not searched.
+    With the confidence of the model, the interval of the frequency contains the frequency after one
+    further stop. Records with a measured velocity are not searched.
     """
     actuator = model.bench.actuator
     late = (model.bench.delay_samples + 1) * model.bench.sample_period_s
@@ -105,7 +105,7 @@ def _agreed(found: Sequence[FreeOscillation], confidence: float) -> Oscillation 
 
 
 def _mean(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Return the weighted mean of values with standard errors, and the mean's standard error.
+    """Return the weighted mean of pairs (value, standard error), and its standard error.
 
     If the values scatter more than their errors allow, the standard error is multiplied by the
     ratio of observed to expected scatter (Birge 1932).

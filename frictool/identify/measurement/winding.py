@@ -173,7 +173,7 @@ class _Piece:
         return _lagged(_weighted_speed(self.speed, self.log.period, lag, slope), _decay(self, lag))
 
     def initial_response(self, lag: float) -> Vector:
-        """Return the part of the current (n,) that decays from the first value."""
+        """Return the part of the current (n,) that is due to its first value; this part decays."""
         return np.asarray(self.current[0] * _decay(self, lag) ** np.arange(self.current.size))
 
 

@@ -49,7 +49,7 @@ def held_out_squares(
 def held_out_norm(
     plain: Tensor, weighted: Tensor, half: IntVector, columns: list[int]
 ) -> float | None:
-    """Return the root of the sum of squared prediction errors (`held_out_squares`), or None."""
+    """Return the root of the sum of `held_out_squares`; None if these are None."""
     squares = held_out_squares(plain, weighted, half, columns)
     return None if squares is None else float(np.sqrt(np.sum(squares)))
 

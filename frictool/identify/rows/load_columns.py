@@ -1,6 +1,6 @@
 """Regressors of loads (`load_terms`), smoothed in the same way as the position.
 
-    viscous_backward             (v - |v|)/2, for the difference backward minus forward
+    viscous_backward             (v - |v|)/2, viscous friction backward minus forward
     stiffness                    x
     gravity_sine, _cosine        sin x, cos x
     ripple_sine, _cosine         sin n x, cos n x

@@ -107,7 +107,12 @@ def start_of(name: str, known: Mapping[str, float]) -> float:
 
 @dataclass(frozen=True)
 class MotionSize:
-    """Size of a recorded motion: travel [rad | m], largest speed [.../s], rms effort [N m | N]."""
+    """Size of a recorded motion.
+
+    - travel: range of positions, rad | m
+    - speed: largest speed, rad/s | m/s
+    - effort: rms effort, N m | N
+    """
 
     travel: float
     speed: float

@@ -30,7 +30,7 @@ DIRECTIONS = 90  # number of phases of a harmonic that are tried, over half a tu
 
 
 class OmittedParameters:
-    """Half widths that omitted parameters add to the intervals of the fitted parameters.
+    """Parameters that a fit omits, and the half widths that they add to the fitted parameters.
 
     - names: names of the columns of `weighted`
     - weighted: triangular matrices (g, q, q) of g groups of successive rows
@@ -107,8 +107,8 @@ class OmittedParameters:
     def _hidden_load_shift(self, cluster: IntVector, confidence: float) -> Vector:
         """Return the change (p,) of the fitted parameters if the fit includes the hidden loads.
 
-        The half widths of the fit with hidden loads are added. The result is inf if the rows do not
-        determine this fit.
+        The half widths of the fit with the hidden loads are added to the magnitude of the change.
+        The result is inf if the rows do not determine this fit.
         """
         with_loads, without = (
             self._solution([*self.free, *more], cluster) for more in (self._hidden, [])

@@ -37,7 +37,7 @@ def spline_scale(orders: Vector, coefficients: Vector) -> float:
 
 
 def weak_orders(parameters: Mapping[str, Interval], confidence: float) -> tuple[str, ...]:
-    """Return the fitted orders whose intervals are wider than their intervals under the prior.
+    """Return the fitted orders whose intervals are wider than under the prior (module docstring).
 
     The scale t of the prior follows from the squares of the coefficients; each square is reduced by
     the coefficient's variance, and a negative difference counts as 0. The result is empty if all

@@ -124,7 +124,7 @@ def without_loads(samples: RegressionSamples, names: Collection[str]) -> Regress
 
 
 def with_fixed(samples: RegressionSamples, fixed: Mapping[str, Interval]) -> RegressionSamples:
-    """Return the samples without the effort of the parameters `fixed`."""
+    """Return the samples without the effort due to the parameters `fixed`."""
     if not fixed:
         return samples
     known = replace(samples, fixed=fixed)

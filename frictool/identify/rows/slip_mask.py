@@ -18,9 +18,9 @@ Two velocities must meet the last condition:
   to 0 where the axis may rest between faster parts of a stroke (`remove_rests`).
 
 If the position sensor has a lag, the true velocity is the reported velocity plus the lag times its
-derivative. This velocity then replaces the first one. Because the effort is filtered by the same
-lag, the first SETTLED time constants of each slip are not used: the filtered friction still
-contains the effort before this slip.
+derivative. The true velocity then replaces the first velocity. Because the effort is filtered by
+the same lag, the first SETTLED time constants of each slip are not used: the filtered friction
+still contains the effort before this slip.
 
 Even a few samples at rest would shift the parameters, because the effort at rest takes any value up
 to the breakaway.
@@ -125,11 +125,11 @@ def _certain_motion(record: MotionRecord) -> float:
 def mean_velocity(
     position: Vector, number: IntVector, distance: float, period: float, out: Vector
 ) -> None:
-    """Fill `out` (n,) with mean velocities, each over the time of a motion by `distance`.
+    """Fill `out` (n,) with mean velocities, each over the time in which the axis moves `distance`.
 
-    `number` (n,) is the number of the stroke of each sample. The first motion begins with the
-    stroke, each other motion where the previous motion ends. The last motion of a stroke may be
-    shorter: it ends where the last position of the stroke is first reached.
+    `number` (n,) is the number of the stroke of each sample. The first motion begins at the
+    beginning of the stroke, and each further motion at the end of the previous one. The last motion
+    of a stroke may be shorter: it ends where the last position of the stroke is first reached.
 
     After this end, the axis rests or turns. An axis that turns with a constant deceleration,
     without a rest, stays in its last count for at most TURN c/v. Here c [rad | m] is the encoder

@@ -2,11 +2,12 @@
 
     effort = inertia a + viscous exp(r h + k h^2) v + coulomb exp(q h) s + offset
 
-h is the temperature minus the reference. The viscosity of a lubricant falls by nearly the same
-ratio per kelvin at all temperatures (Reynolds, 1886). Bittencourt and Axelsson (2014) identify an
-exponential for the viscous friction of a robot joint. k is 0 unless the logs show a curvature.
-Gauss-Newton steps determine r, k and q, from which the columns of the effect `temperature` follow.
-The coefficients of these columns are fitted together with the other parameters.
+a is the acceleration, v the velocity, s the sign of v, and h the temperature minus the reference.
+The viscosity of a lubricant falls by nearly the same ratio per kelvin at all temperatures
+(Reynolds, 1886). Bittencourt and Axelsson (2014) identify an exponential for the viscous friction
+of a robot joint. k is 0 unless the logs show a curvature. Gauss-Newton steps determine r, k and q,
+from which the columns of the effect `temperature` follow. The coefficients of these columns are
+fitted together with the other parameters.
 """
 
 from __future__ import annotations

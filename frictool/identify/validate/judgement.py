@@ -211,7 +211,7 @@ def _noise(values: Values, record: MotionRecord, rows: SlipRows) -> float:
 
 
 def _intervals(model: Model, values: Values, rows: SlipRows) -> float:
-    """Return the rms effort that the model's intervals allow, relative to the measured effort."""
+    """Return the rms effort change that the model's intervals allow, per rms measured effort."""
     modelled = rows.modelled_effort(values, model.laws)
     square = 0.0
     for name in SLIDING:
@@ -254,7 +254,7 @@ def _stray(
 
 
 def _load_range(load: Load | None, low: float, high: float) -> float:
-    """Return the change of a load [N m | N] without its ripples from `low` to `high` [rad | m]."""
+    """Return the change [N m | N] of a load without ripples between two positions [rad | m]."""
     if load is None:
         return 0.0
     smooth = msgspec.structs.replace(load, ripple=None, harmonics=())
