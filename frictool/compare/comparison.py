@@ -37,7 +37,7 @@ class LawRunner(Protocol):
         """Return the names of the laws, in the order of the table."""
 
     def title(self, law: str) -> str:
-        """Return the display name of the law."""
+        """Return the name of the law for display."""
 
     def parameters(self, law: str) -> int:
         """Return the number of physical parameters of the law."""

@@ -12,9 +12,9 @@ breakaway):
 
 In these units, the amplitudes of stick-slip and limit cycle are proportional to F_s - F_c.
 Therefore the speed of the pulled spring is multiplied by `fall`, and the duration of the position
-loop is divided by `fall` (compare/input_protocol.py). The Stribeck velocity v_s, the presliding
-displacement z_max and the switching speed Sigma are multiplied by `fall` if no document states
-them. The number of stick phases then does not depend on `fall`.
+loop is divided by `fall` if this is below 1 (compare/input_protocol.py). The Stribeck velocity v_s,
+the presliding displacement z_max and the switching speed Sigma are multiplied by `fall` if no
+document states them. The number of stick phases then does not depend on `fall`.
 """
 
 from __future__ import annotations

@@ -21,10 +21,10 @@ from frictool.friction.law_registry import LAWS
 from frictool.typing import Vector
 
 SLOW = 0.1  # speed below which a law without exact stick counts as stuck, units of v_s
-SHORTEST_STICK = 0.1  # units of time
-YIELD_FORCE = 0.25
+SHORTEST_STICK = 0.1  # shortest phase that counts as a stick, units of time
+YIELD_FORCE = 0.25  # peak effort of the test for compliance, units of F_c
 YIELD_SAMPLES = 3001
-RETURNED = 0.5
+RETURNED = 0.5  # least share of the displacement that a compliant contact returns
 SLOW_RATE, FAST_RATE = 0.1, 1.0  # rates of the two ramps, units of force per unit of time
 RAMP_END = 1.15  # force at the end of a ramp, units of F_s
 RAMP_SAMPLES = 60_001

@@ -9,8 +9,8 @@ import numpy as np
 from frictool.compare.trajectory import LawTrajectory
 from frictool.typing import Vector
 
-LASTING_NEEDED = 0.9
-PERIOD_TOLERANCE = 0.05
+LASTING_NEEDED = 0.9  # least ratio of the amplitudes in the last and the second quarter of the run
+PERIOD_TOLERANCE = 0.05  # largest relative difference of the periods
 
 
 @dataclass(frozen=True)

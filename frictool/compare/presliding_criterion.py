@@ -14,8 +14,8 @@ from frictool.typing import Vector
 
 INNER_START, INNER_END = 3, 5  # turning points at the start and the end of the inner loop
 OUTER_START, OUTER_END = 7, 9  # turning points at the start and the end of the last outer loop
-AREA_NEEDED = 0.05
-CLOSURE_ALLOWED = 0.02
+AREA_NEEDED = 0.05  # least `area` of a law with hysteresis
+CLOSURE_ALLOWED = 0.02  # limit of `closure` for closed loops
 
 
 @dataclass(frozen=True)

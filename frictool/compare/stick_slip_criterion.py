@@ -9,7 +9,7 @@ import numpy as np
 from frictool.compare.trajectory import LawTrajectory
 
 STICKS_MISSING = 1  # largest number of missing stick phases; the exact law has 9 with table 3.1
-PERIOD_TOLERANCE = 0.02
+PERIOD_TOLERANCE = 0.02  # largest relative difference of the periods
 
 
 @dataclass(frozen=True)

@@ -38,8 +38,8 @@ class LawTrajectory:
 def slow_phases(time: Vector, velocity: Vector, threshold: float, shortest: float) -> Phases:
     """Return the phases of at least `shortest` [s] in which |velocity| is below `threshold`.
 
-    With a law under which the mass is never exactly at rest, these are the stick phases. `shortest`
-    excludes zero crossings of the velocity.
+    For a law under which the mass is never exactly at rest, these are the stick phases. `threshold`
+    is in m/s | rad/s. `shortest` excludes zero crossings of the velocity.
     """
     slow = np.abs(velocity) < threshold
     edges = np.flatnonzero(np.diff(np.concatenate(([False], slow, [False])).astype(np.int8)))

@@ -75,7 +75,7 @@ class BatchModel:
 class BatchResult:
     """Model of a group of logs, or the reason why the group has no model.
 
-    - reason: empty if the group has a model
+    - reason: reason why the group has no model; empty if it has one
     - code: exit code for the reason; 0 if the group has a model
     """
 
@@ -94,7 +94,7 @@ class BatchResult:
 def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
     """Return groups of logs with unique names.
 
-    `each` is "log" for a group per log, or "folder" for a group per folder.
+    `each` is "log" for one group per log, or "folder" for one group per folder.
     """
     together: dict[Path, list[FleetLog]] = {}
     for member in members:
@@ -214,7 +214,7 @@ class IdentifyJob:
         return LogOrigin(units[0] if units else None, dates[0] if dates else None)
 
     def gone(self, group: LogGroup, reason: str) -> BatchResult:
-        """Return a result that states why no worker could process the group."""
+        """Return the result for a group that no worker could process; `reason` says why."""
         return self._without(group, reason, EXIT_INPUT)
 
     def _without(self, group: LogGroup, reason: str, code: int) -> BatchResult:

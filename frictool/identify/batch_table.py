@@ -128,7 +128,7 @@ def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[s
 
 
 def headline(batch: Sequence[BatchResult]) -> str:
-    """Return a one-line summary: numbers of models, of units, and of groups without a model."""
+    """Return a line with the numbers of models, of machines, and of groups without a model."""
     units = len({one.origin.unit for one in batch if one.origin.unit is not None})
     lost = sum(one.lost for one in batch)
     empty = sum(one.model is None and not one.lost for one in batch)

@@ -124,7 +124,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Return `one`, fitted with `inertia.value`, widened by the interval of the inertia."""
+    """Return `one`, which was fitted with `inertia.value`, widened by the inertia's interval."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

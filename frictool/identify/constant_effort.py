@@ -95,7 +95,7 @@ def without_constant_effort(
 
 
 def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[ConstantStretch], int]:
-    """Return the stretches with implausibly constant effort, and the number of moving samples."""
+    """Return the stretches of implausibly constant effort, and the number of samples in motion."""
     strokes = find_strokes(record)
     edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1) != 0)
     noise = NOISE_BAND * _noise(record.effort)

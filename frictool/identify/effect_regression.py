@@ -67,7 +67,7 @@ LARGEST_ECCENTRICITY = 0.05
 
 @dataclass(frozen=True)
 class AcceptedEffects:
-    """Effects that the model does not include and that may act together.
+    """Effects that the model does not include, and that can act together.
 
     - what: names of the effects in the order of acceptance
     - significance: p-value of the effect that was accepted last
@@ -94,14 +94,14 @@ class AcceptedEffects:
 class EffectRegression:
     """Regression of the effort with the columns of the model and of all hypotheses.
 
-    A hypothesis is a load or an effect that may act, such as a spring or a delay.
+    A hypothesis is a load or an effect that possibly acts, such as a spring or a delay.
 
     - used: hypotheses that the model includes
     - free: hypotheses that the model does not include
     - names: sliding parameters that are not fixed
     - noisy: True if the acceleration is too noisy to test effects whose columns resemble the
       acceleration
-    - winding: True if the winding of a voltage drive may delay the effort
+    - winding: True if the drive is a voltage drive whose winding can delay the effort
     - confidence: confidence of the intervals, 0 to 1
     - load_zero: position at which the offset contains all loads, rad | m; None if it contains none
       (`SlidingFit.load_zero`)
@@ -382,7 +382,7 @@ class EffectRegression:
         return before is not None and after is not None and bool(np.sum(after) < np.sum(before))
 
     def _rivals(self) -> list[AcceptedEffects]:
-        """Return the effects that can replace a hypothesis of `used` without a worse prediction.
+        """Return the effects that can replace a hypothesis in `used` without a worse prediction.
 
         A spring can also replace a delay or a resonance that predicts better (`_spring_instead`).
         """
@@ -518,7 +518,7 @@ def effect_regression(
     smoother: float = 1.0,
     hides: bool = True,
 ) -> EffectRegression | None:
-    """Return the regression of the effort; None if no sample slips or all parameters are fixed.
+    """Return the regression of the effort; None if the axis never slips or all values are fixed.
 
     The length of the smoothing windows is multiplied by `smoother`. If `hides` is True and noise of
     the acceleration makes the fitted inertia too small by more than the half width of its interval,
@@ -583,7 +583,10 @@ def _relative_loads(
 def added_scatter(
     before: Mapping[str, Interval], after: Mapping[str, Interval]
 ) -> dict[str, float]:
-    """Return the scatter that widens each interval in `before` to its width in `after`, or 0."""
+    """Return the scatter that, added in quadrature, widens each interval to its width in `after`.
+
+    The scatter is 0 if the interval in `after` is narrower than that in `before`.
+    """
     return {
         name: math.sqrt(max(after[name].half_width ** 2 - one.half_width**2, 0.0))
         for name, one in before.items()
@@ -592,9 +595,9 @@ def added_scatter(
 
 
 def unlikely_change(one: Interval, other: Interval) -> float:
-    """Return the part of the difference `other` - `one` that chance does not explain.
+    """Return the part of the change from `one` to `other` that chance does not explain.
 
-    If the model is true, `one` has the smaller variance, and the variance of the difference is the
+    If the model is true, `one` has the smaller variance, and the variance of the change is the
     difference of the two variances (Hausman, 1978).
     """
     change = other.value - one.value

@@ -71,7 +71,7 @@ class TriedModel:
 
     - position_error: rms position error, rad | m
     - force_error: relative force error, defined in `force_error.py`
-    - chosen: True for the model that was selected
+    - chosen: True for the model that was chosen
     - leaves_range: True if the simulation leaves the range of the measured positions by far
 
     If the logs are long enough, the errors are computed from strokes that the fit did not use.
@@ -115,7 +115,7 @@ class SlidingFit:
     """Sliding parameters that one method estimated.
 
     - parameters: interval of each identified parameter
-    - refused: reason why a parameter was not accepted, with numbers, for each such parameter
+    - refused: for each parameter that was not accepted, the reason with numbers
     - residual: rms residual of the method's equations divided by the rms of their right-hand side,
       in the strokes of the fit; not comparable between methods
     - held_out_residual: the same ratio in strokes left out of the fit; None if this ratio was not
@@ -129,13 +129,14 @@ class SlidingFit:
     - load: load terms of the fit if `auto` selected them, else None
     - explanations: further parts of the effort, such as a spring, that `auto` fitted or left in the
       residual
-    - method, why: name of the method, and why `auto` chose this method
+    - method: name of the method that gave the fit
+    - why: reason why `auto` chose this method
     - dropped: parameters that were set to 0, since this does not worsen the prediction of strokes
       left out of the fit, or since the log does not determine them (`rows/position_orders.py`)
     - fixed: interval of each parameter that was fixed in the fit; it lies within the interval in
       bench.yaml
     - force_error: relative force error, defined in `force_error.py` and comparable between methods;
-      None if no sample slips
+      None if the axis never slips
     - tried: models that the method compared
     - constants: identified constants of a servo
     - load_zero: position at which the offset contains all loads over position, rad | m

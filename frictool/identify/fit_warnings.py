@@ -35,7 +35,7 @@ OTHER_UNIT = 100.0
 SPREAD = 30.0
 # a gear ratio missing in position and effort scales each parameter by this power of the ratio
 GEARED = {"inertia": 2.0, "viscous": 2.0, "coulomb": 1.0}
-MOST_OF_TRAVEL = 0.5
+MOST_OF_TRAVEL = 0.5  # least share of the travel for ramps that represent the whole travel
 GRID_POINTS = 101  # positions at which the slope of the load is evaluated
 LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
 
@@ -94,7 +94,7 @@ def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
 
 
 def rejected_onset_warnings(ramp: Breakaway | None) -> list[str]:
-    """Return a warning if motions in the ramps were left out, because they are no breakaway."""
+    """Return a warning if motions in the ramps were left out, because they are not breakaways."""
     if ramp is None or ramp.rejected == 0:
         return []
     return [

@@ -3,10 +3,10 @@
     force error = rms(g * u - model) / rms(g * u)
     model = inertia (g * ddx) + friction(g * dx, g * x) + offset + g * load(x)
 
-Here u is the effort, x the position, dx the velocity and ddx the acceleration; g * denotes
-smoothing by a zero-phase kernel (`rows/smoothing.py`). The kernel is the same for all signals, so
-that errors outside the frequency band of the motion have no influence. The rms is taken over the
-samples at which the axis certainly slips (`rows/slip_mask.py`).
+Here u is the effort, x the position, dx the velocity and ddx the acceleration; g * denotes the
+convolution with a zero-phase smoothing kernel g (`rows/smoothing.py`). The kernel is the same for
+all signals, so that errors outside the frequency band of the motion have no influence. The rms is
+taken over the samples at which the axis certainly slips (`rows/slip_mask.py`).
 
 The length of the smoothing window is chosen such that the encoder's noise in the acceleration is
 0.75 % of the acceleration; the length is at most a sixth of a stroke. If the axis never slips
@@ -120,7 +120,8 @@ def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
 def motion_rows(records: Sequence[MotionRecord], bench: Bench) -> list[SlipRows]:
     """Return the samples of all records at which the axis slips.
 
-    If the records together have more than MOST_SAMPLES samples, evenly spaced parts are used.
+    If the records together have more than MOST_SAMPLES samples, evenly spaced parts of each record
+    are used.
     """
     share = MOST_SAMPLES / sum(record.position.size for record in records) if records else 1.0
     parts = (part for record in records for part in _parts(record, share))

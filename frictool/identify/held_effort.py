@@ -38,7 +38,7 @@ from frictool.typing import Vector
 
 FEWEST_UPDATES = 20
 SHORTEST_HOLD = 3  # smallest number of samples between two updates that is examined
-EARLY = 0.1  # share of the updates that are excepted from the shortest distance, the hold
+EARLY = 0.1  # quantile of the distances between updates that is used as the hold
 # least median change at an update relative to the smallest changes (1 % quantile); an effort
 # below this ratio is coarsely quantised, but not held
 COARSE = 3.0

@@ -49,7 +49,7 @@ def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
 def _shift(
     regression: EffectRegression, effect: Hypothesis, lasting: float
 ) -> AcceptedEffects | None:
-    """Return the shift by an effect whose effort has the prior standard deviation `lasting`.
+    """Return the shift by an effect; a priori, the effort has the standard deviation `lasting`.
 
     The result is None if the rows do not determine the effect.
     """
@@ -88,8 +88,8 @@ def lasting_rms(residual: Vector, stroke: IntVector, lag: int, confidence: float
     """Return the rms of the part of the residual that lasts longer than `lag` rows.
 
     The square of the result is the mean product of two residuals of a stroke that are `lag` rows
-    apart. The result is 0 unless this mean is positive by Student's test of the strokes at the
-    level `confidence`.
+    apart. The result is 0 unless this mean is significantly positive in Student's test over the
+    strokes with the confidence `confidence`.
 
     - residual: residuals of the fit in the order of time, (n,)
     - stroke: number of the stroke of each row, (n,)

@@ -1,7 +1,7 @@
 """Detection of an effort that saturates softly, or whose flat tops are not visible in noise.
 
 A saturated effort is smaller than the effort that the motion needs. The search fits the following
-model to the slipping samples:
+model to the samples at which the axis slips:
 
     effort = S(inertia a + viscous v + coulomb s + offset + stiffness x + declared loads)
     S(u) = u (1 + |u/L|^p)^(-1/p)
@@ -53,7 +53,7 @@ from frictool.typing import IntVector, Matrix, Vector
 
 NOISE_SHARE = 0.03  # share of noise in the acceleration (`smoothing`)
 MOST_ROWS = 3000  # largest number of samples in the fit; longer records are decimated
-FEWEST_ROWS = 200  # least number of slipping samples for a decision
+FEWEST_ROWS = 200  # least number of samples in slip for a decision
 SHARPNESS = (2.5, 12.0)  # p of a soft saturation and of a clip
 # quantile of |effort| that is the scale of the effort; quantile of the compression above which a
 # sample is a top sample. Compression is the relative reduction of the effort by S.
@@ -77,7 +77,7 @@ SLOW = 0.1  # speed, relative to top speed, at which the rival's Stribeck effect
 class HiddenSaturation:
     """Saturation of a logged effort.
 
-    - level: level at which the effort saturates, N m | N
+    - level: value at which the effort saturates, N m | N
     - needed: effort that the motion needs where the effort saturates, N m | N
     - share: fraction of the samples in slip whose effort the saturation reduces
     """

@@ -299,7 +299,7 @@ def _estimate(logs: AxisLogs) -> _Estimate:
 
 
 def _with_lag(estimate: _Estimate, first: SlidingFit, lag: Interval) -> _Estimate:
-    """Return the estimate; its fit states the lag, and the explanation of a delay in `first`.
+    """Return the estimate; its fit states the lag, and how the fit `first` explains the delay.
 
     A warning says that the model lacks the lag.
     """

@@ -29,10 +29,10 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     bench.yaml. An interval that does not overlap the interval in bench.yaml is usable even if it is
     wider, because the value in bench.yaml would not explain the log.
 
-    Viscous and Coulomb friction may be 0. Only the part of a friction's interval above 0 is
-    compared with the interval in bench.yaml. The ratio of the ends of a friction's interval is
-    limited in two cases only: if the interval is wider than the interval in bench.yaml and does not
-    overlap it, or if the bench states a value without an interval.
+    Viscous and Coulomb friction can be 0. Of their intervals, only the part above 0 is compared
+    with the interval in bench.yaml. The ratio of the ends of a friction's interval is limited in
+    two cases only: if the interval is wider than the interval in bench.yaml and does not overlap
+    it, or if the bench states a value without an interval.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):

@@ -86,7 +86,7 @@ BY_DIRECTION = replace(KINK, names=(*CHANGES, *BACKWARD))
 
 @dataclass(frozen=True)
 class LoadKink:
-    """Abrupt change of the load at a position.
+    """Abrupt change of the load at a position, the knot.
 
     - position: position of the knot, rad | m
     - margin: largest error of `position`, rad | m
@@ -217,7 +217,7 @@ class _KinkSearch:
         return np.stack((share, np.maximum(beyond, 0.0)), axis=2)
 
     def best(self, rows: NDArray[np.bool_], knots: Sequence[float]) -> float:
-        """Return the knot with which the selected rows have the smallest residual, rad | m."""
+        """Return the position in `knots` with the smallest residual of the selected rows."""
         fitted = np.linalg.qr(np.column_stack([one[rows] for one in self.base.values()]))[0]
         left = self.samples.effort[rows]
         left = left - fitted @ (fitted.T @ left)
@@ -229,7 +229,7 @@ class _KinkSearch:
         return knots[int(np.argmax(slope[:, None, :] @ value))]
 
     def knot(self, rows: NDArray[np.bool_], knots: Sequence[float]) -> float:
-        """Return the knot of `best` on a grid that is refined around the best of `knots`."""
+        """Return the result of `best` on a finer grid around the best position in `knots`."""
         first = self.best(rows, knots)
         finer = first + self.step * np.linspace(-1.0, 1.0, 2 * FINER + 1)
         return self.best(rows, finer.tolist())

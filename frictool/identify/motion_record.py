@@ -96,7 +96,7 @@ class TemperatureSignal:
 
 @dataclass(frozen=True, eq=False)
 class WindingSignals:
-    """Signals of a motor's winding, from the rows of a log in which all are finite, each (n,).
+    """Signals (n,) of a motor's winding, from the rows of a log in which all signals are finite.
 
     - time: s
     - voltage, current: V, A
@@ -162,7 +162,7 @@ class MotionRecord:
 
     @property
     def effort_lag(self) -> float:
-        """Return the time constant [s] with which `effort` moves between samples; 0 if held."""
+        """Return the time constant [s] with which `effort` moves between samples, 0 if held."""
         return self.lag + self.sensor_lag
 
     @property
@@ -475,7 +475,7 @@ def delayed(record: MotionRecord, delay: float) -> MotionRecord:
 
 
 def fitted_part(record: MotionRecord, bench: Bench) -> float:
-    """Return the lag [s] that the logs, and not the bench, state for the position sensor."""
+    """Return the lag [s] of the position sensor that was fitted to logs; 0 if there is none."""
     return record.sensor_lag if bench.encoder.time_constant_s is None else 0.0
 
 

@@ -1,14 +1,14 @@
 """Check that position and drive have the same positive direction.
 
 If the position or the drive of a log is negated, the fitted inertia and friction are negative. The
-check fits the following model to the samples of a log that certainly slip:
+check fits the following model to the samples of a log at which the axis certainly slips:
 
     effort = inertia a + friction sign(v) + offset + declared loads
 
 Here a is the acceleration and v the velocity. The inertial effort (inertia times rms acceleration)
 is compared with the friction. Position and drive have opposite directions if the one with the
 larger absolute value is significantly negative. The smaller one is ignored, since a delay between
-position and drive can change its sign.
+position and drive can change the sign of a small effort.
 
 Some logs do not allow this fit, for example breakaway ramps or slow motion with a coarse encoder.
 In these logs, the strokes are tested: the mean effort from the first to the last encoder change of

@@ -37,7 +37,7 @@ SHORT = 0.95  # share of the test's duration below which a log counts as shorter
 
 @dataclass(frozen=True)
 class PromisedParameter:
-    """Comparison of one parameter in SI units.
+    """Comparison of the promised and the identified half width of one parameter, in SI units.
 
     - promised: half width in `promise.yaml`
     - reached: half width of the identified interval; None if the parameter was refused

@@ -23,7 +23,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
     Raises
     ------
     LogError
-        If a position exceeds 2^53 encoder counts, if its distance from the median exceeds
+        If a position exceeds 2^53 encoder counts, if its distance from the median position exceeds
         MOST_TRAVELS times the travel, or if an effort exceeds MOST_EFFORT times the effort at the
         drive's limit. The message states the time.
     """

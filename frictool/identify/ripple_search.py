@@ -25,7 +25,7 @@ from frictool.identify.rows.smoothing import SHORTEST
 
 
 class MissingRipple(NamedTuple):
-    """Ripple that the model lacks, with `number` in 1/rad | 1/m and `amplitude` in N m | N."""
+    """Ripple that the model lacks: wave number `number`, 1/rad | 1/m; `amplitude`, N m | N."""
 
     number: float
     amplitude: float

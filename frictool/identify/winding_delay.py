@@ -1,6 +1,6 @@
 """Inertia of an axis whose effort is late, because of a late voltage or of the winding.
 
-For a voltage drive:
+For a voltage drive, with ' for the time derivative:
 
     effort(t) = inertia a + viscous v + ... + delay (effort)'        the whole effort acts late
 
@@ -16,8 +16,8 @@ inertia is then larger by (L/R) K k, where k = K/R is the effort per volt.
 
 A log of a current drive contains one current per sample period T. If the current is held between
 the samples, only the delay of the readings is unknown. If instead the voltage of the winding is
-held, the back-EMF changes the current between two samples. At the acceleration a, the mean current
-of a period then differs from the mean of the two readings by
+held, the back-EMF changes the current between two samples. At the acceleration a, the mean of the
+current i over a period then differs from the mean of the two readings by
 
     g i' + g K a/R        g = T (coth(r/2)/2 - 1/r), r = R T/L
 

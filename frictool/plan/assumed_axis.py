@@ -13,7 +13,7 @@ from frictool.identify.model_document import unit_of
 
 
 def assumed_axis(bench: Bench, values: Mapping[str, float], laws: Laws | None = None) -> Model:
-    """Return the model of an axis of the bench with the parameters `values`, SI, and `laws`."""
+    """Return the model of an axis on the bench with the parameters `values` [SI] and `laws`."""
     parameters = Parameters(
         **{
             name: Estimate(value, value, value, unit_of(name, bench), source="assumed")

@@ -83,8 +83,8 @@ class ReachedPrecision:
 class PlanStep:
     """Next step of a commissioning.
 
-    - name: `breakaway`, `friction and inertia`, `finer`, `validation`, `direction`, `unexplained`,
-      `ranges` or `impossible`
+    - name: name of the step: `breakaway`, `friction and inertia`, `finer`, `validation`,
+      `direction`, `unexplained`, `ranges` or `impossible`
     - why: reason for the step, as text
     - test: test to play on the bench; None if the step has no test
     - reached: precision of each identified parameter
@@ -372,7 +372,7 @@ def _designed(
 
 
 def _validation(bench: Bench) -> tuple[PreciseTest | None, str]:
-    """Return steps within the travel, if they are possible, and what to do next, as text."""
+    """Return a test of position steps within the travel (None if impossible), and advice."""
 
     def steps(usable: Bench) -> PreciseTest:
         return PreciseTest(excite("steps", usable, ExcitationSettings()), {}, {})

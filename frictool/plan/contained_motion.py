@@ -50,7 +50,7 @@ class ContainedDesign:
         return cls(bench, bench)
 
     def test(self, design: Callable[[Bench], PreciseTest]) -> PreciseTest:
-        """Return the test that `design` makes for the longest travel that contains every axis.
+        """Return a test by `design`, shortened until every axis stays within the bench's travel.
 
         Raises
         ------
