@@ -8,8 +8,9 @@ Flicker of the encoder between two counts is no motion. A motion by a single cou
 backlash, is no onset either if a long pause follows while the effort keeps rising: the drive train
 has yielded. A sliding axis would have reached the next count sooner (`_later`).
 
-The detection uses the measured effort, and its changes only: a constant load or offset does not
-change the onsets. The effort of a known load is subtracted from the level of each onset.
+The detection uses only the changes of the measured effort, so that a constant load or offset does
+not change the detected onsets. The effort of a known load is subtracted from the level of each
+onset.
 """
 
 from __future__ import annotations
@@ -158,7 +159,7 @@ class _Heaviest(NamedTuple):
 
 
 def _heaviest(bench: Bench, axis: Mapping[str, Interval] | None = None) -> _Heaviest:
-    """Return the upper ends of the parameter intervals in `axis`; without it, in the bench."""
+    """Return the upper ends of the parameter intervals in `axis`, or in the bench if it is None."""
     mechanics = bench.mechanics
     gap = 0.0 if mechanics.backlash is None else max(mechanics.backlash.interval)
     if axis is None:
@@ -194,8 +195,8 @@ def _later(
     change:
     - The position returns.
     - The position changes by one count, or within the width of the backlash, and then does not
-      change in a time in which the heaviest axis would have slid by more than one count: from speed
-      0, accelerated by the rise of the effort alone.
+      change for a time in which the heaviest axis, accelerated from rest by the rise of the effort
+      alone, would have slid by more than one count.
     """
     end = changes[k]
     middle = start + (end - start) // 2
@@ -273,7 +274,7 @@ def _onsets(
     # a rest begins at the position at which the motion has ended
     following = [start + 1 for start, _ in rests[1:]] + [record.position.size]
     drive = record.effort
-    if record.load is not None:  # without the mean, which an offset cannot be separated from
+    if record.load is not None:  # the load's mean looks like an offset, and is left out
         drive = drive - (record.load - np.mean(record.load))
     for (start, end), until, ramp in zip(
         rests, following, ramps_among(rests, record.position, drive), strict=False

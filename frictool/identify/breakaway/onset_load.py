@@ -15,8 +15,9 @@ is used:
   polynomial of friction over position has FURTHER_ORDERS more orders.
 - The load is 0, and the interval of the breakaway allows for every load up to `load.most`.
 
-If the sliding log shows a ripple that the model lacks, the interval includes this ripple in every
-phase. If all onsets lie within one period of the ripple, their scatter does not show the ripple.
+If the sliding log shows a ripple that the model lacks, the interval of the breakaway includes the
+effect of this ripple in every phase. If all onsets lie within one period of the ripple, their
+scatter does not show the ripple.
 """
 
 from __future__ import annotations
@@ -151,7 +152,7 @@ def ripple_phases(number: float, amplitude: float) -> tuple[PositionLoad, ...]:
 
 
 def independent_loads(units: Sequence[PositionLoad], position: Vector) -> Matrix:
-    """Return factors (p, q) that turn p unit loads into q loads, uncorrelated at the onsets.
+    """Return factors (p, q) that turn p unit loads into q loads without correlation at the onsets.
 
     Loads that hardly differ from an offset at the onsets are left out.
 

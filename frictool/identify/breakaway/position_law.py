@@ -74,8 +74,8 @@ class BreakawayPositions:
     def design(self, structure: PolynomialOrders) -> Matrix:
         """Return the regressors (n, p) of the friction, first forward, then backward.
 
-        For a common polynomial, the columns of its orders are followed by the direction, with the
-        offset as coefficient, and by the loads times the direction.
+        For a common polynomial, the columns of its orders are followed by the direction, whose
+        coefficient is the offset, and by the loads multiplied by the direction.
         """
         if structure.common:
             polynomial = legvander(self.scaled, structure.orders[0])
@@ -114,7 +114,8 @@ def fit_polynomials(
     """Return the least-squares coefficients of friction over position, in the order of `design`.
 
     Successive breakaways are not independent, because the rest position within an encoder count
-    changes slowly. FOLLOWING successive breakaways are therefore treated as one.
+    changes slowly. Each group of FOLLOWING successive breakaways is therefore treated as one
+    breakaway.
     """
     together = FOLLOWING if friction.size >= FOLLOWING * FEWEST_GROUPS else 1
     return solve(

@@ -50,7 +50,7 @@ from frictool.typing import Vector
 FALSE_ALARM = 0.02  # probability that any hypothesis is significant if all are wrong
 MOST_LEFT = 3  # largest number of hypotheses that are reported as left in the residual
 # largest squared prediction error, relative to the error without the hypothesis, at which an effect
-# is used and a hypothesis is reported
+# is used, or a hypothesis is reported as left in the residual
 NOTICEABLE = 0.95
 LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried with noisy acceleration
 SMOOTHER = 2.0  # factor on the smoothing windows of the second test of a load

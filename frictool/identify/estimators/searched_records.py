@@ -81,7 +81,7 @@ class SearchedRecords:
     def of(
         cls, records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
     ) -> SearchedRecords:
-        """Return these records, or evenly spaced parts of long records.
+        """Return `records` for the search; of long records, only evenly spaced parts.
 
         Raises UnusableLogs if the axis never moves by more than one encoder count.
         """

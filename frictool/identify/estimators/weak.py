@@ -9,8 +9,8 @@ start a sixth of their length apart.
 
 Columns for friction that depends on the position, and for knees (speeds at which the viscous
 friction changes), are added if they improve the prediction of strokes that the fit did not use
-(`weak_structure`). Coulomb friction and offset are then means over the range of positions, and
-viscous friction is its value below the first knee.
+(`weak_structure`). Coulomb friction and offset are then means over the range of positions, and the
+viscous friction is the coefficient below the first knee.
 
 The expected precision (assess/weak_form_precision.py) determines the length of the window, and
 whether the inertia is identifiable. The encoder's noise makes the fitted inertia too small. The

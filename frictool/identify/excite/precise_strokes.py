@@ -1,4 +1,4 @@
-"""Design of a test of strokes: the shortest for a precision, or the most precise for a duration."""
+"""Design of strokes: the shortest test for a precision, or the most precise for a duration."""
 
 from __future__ import annotations
 

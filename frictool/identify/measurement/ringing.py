@@ -34,7 +34,7 @@ from frictool.identify.measurement.free_oscillation import (
 from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
-WINDOWS = (0.1, 0.2, 0.4, 0.8, 1.6)  # s
+WINDOWS = (0.1, 0.2, 0.4, 0.8, 1.6)  # lengths of the windows, s
 SAMPLES = 120  # largest number of samples in a window; if the log has more, they are averaged
 LEAST_SAMPLES = 18  # least number of the log's samples in a window
 PER_CYCLE = 6.0  # least number of the log's samples in a cycle
@@ -47,9 +47,9 @@ LEAST_RANGE = 3.0  # least range of the position in a window, counts
 LEAST_REVERSALS = 3
 APART = 4.0  # least range of the position between two stops, in amplitudes
 LEAST_STOPS = 2
-AGREE = 0.1  # relative difference
-CERTAIN = 4.0  # standard errors
-SCATTER = 2.0  # standard errors
+AGREE = 0.1  # largest relative difference of frequencies that agree
+CERTAIN = 4.0  # least mean decay, in standard errors
+SCATTER = 2.0  # least significant difference, in standard errors
 LEAST_ERROR = 1e-9  # the share of an effort that is always 0 has no error
 
 

@@ -9,9 +9,9 @@ satisfy
     i[k+1] = e i[k] + (1 - e) (u[k] - K v[k])/R
 
 u[k] and v[k] are the means of voltage and speed over the period, weighted by exp(-R s/L) at the
-time s before its end. v[k] follows from the mean speed (x[k+1] - x[k])/T and the slope of the
-speed. The slope is a difference of successive mean speeds. Without the slope, the resistance would
-be wrong by up to K^2 T/(2 J), where J is the inertia.
+time s before the end of the period. v[k] follows from the mean speed (x[k+1] - x[k])/T and the
+slope of the speed. The slope is a difference of successive mean speeds. Without the slope, the
+resistance would be wrong by up to K^2 T/(2 J), where J is the inertia.
 
 The delay is the time from a row of the log until its voltage acts. If instead the current of the
 row is read late, the delay is negative, and its absolute value is the time from the row to this

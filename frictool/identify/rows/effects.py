@@ -25,8 +25,8 @@ over these samples.
 With I(p) = (e^p - 1)/p and p = r h + k h^2, the columns of `temperature` fit a viscous friction
 proportional to e^p, and a Coulomb friction proportional to e^(q h); `temperature_shape.py`
 estimates r, k and q. `eccentricity` is the first-order effect of a small e if the true position is
-x + e sin(x + phase). `delay` is the first term of a Taylor series in the delay, `resonance` of a
-Taylor series in the square of the resonance's period.
+x + e sin(x + phase). `delay` and `resonance` are first terms of Taylor series: `delay` of a series
+in the delay, `resonance` of a series in the square of the resonance's period.
 """
 
 from __future__ import annotations

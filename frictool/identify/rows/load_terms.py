@@ -80,7 +80,7 @@ def declared_terms(bench: Bench) -> tuple[str, ...]:
 
 
 def possible(bench: Bench) -> tuple[str, ...]:
-    """Return the load terms that the bench declares; by default, all terms except ripples."""
+    """Return the load terms that the bench declares; if it declares none, all except ripples."""
     if bench.load is not None:
         return declared_terms(bench)
     return (DIRECTION, SPRING, GRAVITY) if bench.axis == "rotary" else (DIRECTION, SPRING)

@@ -160,8 +160,9 @@ def mean_velocity(
 def remove_rests(speed: Vector, number: IntVector, before: Vector) -> None:
     """Set the speed (n,) to 0 where the axis may rest between faster parts of a stroke.
 
-    The speed there is below REST_SHARE of an earlier and of a later speed in the stroke. `number`
-    is the number of the stroke of each sample, (n,). `before` (n,) is a work array.
+    At such samples, the speed is below REST_SHARE times an earlier speed in the stroke, and below
+    REST_SHARE times a later speed. `number` is the number of the stroke of each sample, (n,).
+    `before` (n,) is a work array.
     """
     n = speed.shape[0]
     fastest = 0.0

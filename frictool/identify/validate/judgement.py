@@ -82,7 +82,7 @@ class Judgement:
 
     @property
     def warning(self) -> str | None:
-        """Return answer and advice; after a yes only the advice, or None without advice."""
+        """Return answer and advice as text; if the answer is yes, only the advice, or None."""
         return (self.advice or None) if self.holds else f"{self.line}; {self.advice}"
 
 
@@ -211,7 +211,7 @@ def _noise(values: Values, record: MotionRecord, rows: SlipRows) -> float:
 
 
 def _intervals(model: Model, values: Values, rows: SlipRows) -> float:
-    """Return the rms effort change that the model's intervals allow, per rms measured effort."""
+    """Return the rms change of effort within the model's intervals, per rms measured effort."""
     modelled = rows.modelled_effort(values, model.laws)
     square = 0.0
     for name in SLIDING:
