@@ -16,6 +16,7 @@ FORCES = PARAMETERS  # parameters that an error of the drive constant scales, if
 class ParameterIntervals:
     """Estimate of one parameter, its absolute interval, and its value in bench.yaml.
 
+    - estimate: estimate in the model document
     - absolute: interval that includes the uncertainty of the drive constant
     - bench: quantity in bench.yaml; None if bench.yaml does not state the parameter
     """

@@ -55,8 +55,8 @@ NOISE_SHARE = 0.03  # share of noise in the acceleration (`smoothing`)
 MOST_ROWS = 3000  # largest number of samples in the fit; longer records are decimated
 FEWEST_ROWS = 200  # least number of samples in slip for a decision
 SHARPNESS = (2.5, 12.0)  # p of a soft saturation and of a clip
-# quantile of |effort| that is the scale of the effort; quantile of the compression above which a
-# sample is a top sample. Compression is the relative reduction of the effort by S.
+# This quantile of |effort| is the scale of the effort. Samples whose compression exceeds this
+# quantile are the top samples. Compression is the relative reduction of the effort by S.
 HIGHEST = 0.99
 START = 1.1  # initial value of both limits L, relative to the scale of the effort
 FARTHEST = 20.0  # largest factor between a limit L and the scale

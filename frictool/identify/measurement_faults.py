@@ -38,8 +38,8 @@ COUNTS = 2.0  # largest error of the distance over STOPPING_SAMPLES, in encoder 
 NOISES = 8.0  # the same error in standard deviations of the position noise, if this is larger
 # smallest effort, relative to the largest, that counts as 0 in a signal that is never negative
 REACHES_ZERO = 0.01
-# largest difference of the mean efforts of both directions, relative to their sum, of an unsigned
-# effort
+# largest difference of the mean efforts forward and backward, relative to their sum, if the effort
+# is unsigned
 ALIKE = 0.5
 # at a reversal, an unsigned effort falls below the share DIP of its means in both strokes; this is
 # required at the share LEAST_DIPS of the reversals

@@ -56,8 +56,8 @@ JITTER = 0.1  # relative deviation from the period above which a sample interval
 SMALLEST_COUNT = 1e-9  # smallest quantisation step of a velocity, relative to its range
 # share of broken intervals above which the record is resampled to a uniform clock
 MOST_BROKEN = 0.02
-# relative deviation from the median interval; a record is refused if more than half of its
-# intervals deviate by more
+# largest relative deviation of an interval from the median interval that is not erratic; a record
+# is refused if more than half of its intervals are erratic
 ERRATIC = 0.5
 # mean time from the update of a current to its reading, in periods: 10 us of a period of 1 ms
 READ_LATE = 0.01

@@ -69,7 +69,7 @@ class ParameterDrift:
 class Population:
     """Scatter of one parameter over many models, in SI units.
 
-    - count, units: number of models and of units
+    - count, units: number of models, and number of units (tested machines)
     - mean: mean value, weighted by inverse variances
     - spread: standard deviation of the values
     - expected: standard deviation of the values that the intervals predict
@@ -96,7 +96,7 @@ class Population:
 
     @property
     def changing(self) -> list[str]:
-        """Return the units for which a test rejects that all models have one true value."""
+        """Return the units whose models differ: the test in `alone` rejects one true value."""
         return [unit for unit, test in self.alone.items() if test.p < self.limit / len(self.alone)]
 
     @property

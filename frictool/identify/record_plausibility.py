@@ -10,7 +10,7 @@ from frictool.errors import LogError
 from frictool.identify.motion_record import MotionRecord
 from frictool.logs.quality.jumps import JUMPS, PositionJumps, allowance
 
-MOST_COUNTS = 2.0**53  # largest count; doubles represent every integer up to here
+MOST_COUNTS = 2.0**53  # largest encoder count; doubles represent every integer up to it
 # largest distance from the median position, relative to the travel; the bench states the travel
 # only roughly
 MOST_TRAVELS = 10.0

@@ -113,8 +113,7 @@ def winding_delay(
     """Return the increase of the inertia by the winding of a voltage drive.
 
     `viscous` is the viscous friction of the fit. Return None for another drive, if the model lacks
-    the inertia, or if the effort does not act late: neither by a delay in the model nor by the lag
-    of the records.
+    the inertia, or if neither the model contains a delay nor the records contain a lag.
     """
     if regression is None or not bench.actuator.winding_delays:
         return None
@@ -133,7 +132,7 @@ def winding_delay(
 def _of_current(
     possible: Interval, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> WindingDelay:
-    """Return the delay with the increase by the measured winding.
+    """Return the possible increase of the inertia, and the increase by a measured winding.
 
     The increase is not measured if no log contains the current, if the logs do not determine the
     winding, if K/R contradicts `actuator.constant`, or if the whole interval of the increase is
@@ -165,13 +164,13 @@ def _of_current(
 def current_between_samples(
     regression: EffectRegression | None, records: Sequence[MotionRecord], bench: Bench
 ) -> list[AcceptedEffects]:
-    """Return the possible shift of the inertia if a current drive holds the winding's voltage.
+    """Return the shift of the inertia if a current drive holds the voltage between two samples.
 
     The result is empty for another drive, and if the bench states the lag of the current. A logged
     voltage that explains the current determines R, K and usually L. Otherwise, the bench has to
     state R, and the fitted delay has to exceed half a sample period T. Readings of a current that
-    is held between samples have no such delay. If L is unknown, the shift is the largest possible
-    shift. The shift is positive if the fitted delay exceeds T/2, else negative. Without a fitted
+    is held between samples have no such delay. If L is unknown, the largest possible shift is
+    returned. The shift is positive if the fitted delay exceeds T/2, else negative. Without a fitted
     delay, both signs are possible.
     """
     actuator = bench.actuator

@@ -27,7 +27,7 @@ from frictool.plan.assumed_axis import assumed_axis
 from frictool.simulate import play
 from frictool.simulate.default_servo import default_servo, feedforward
 
-KEPT = 0.5  # share of the reference's margin to the ends of the travel that every axis keeps
+KEPT = 0.5  # least share of the reference's margin that every axis keeps
 DESIGNS = 5  # largest number of designs, each for a shorter travel
 OVERSHORTENED = 1.2  # factor on the excess by which the travel is shortened at each end
 

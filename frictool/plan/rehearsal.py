@@ -58,7 +58,7 @@ class HalfWidthSample:
 
     @property
     def likely(self) -> float:
-        """Return the value that `upper` has if further rehearsals give the same half widths."""
+        """Return the value of `upper` if further rehearsals give the same half widths."""
         return self._bound(CONFIRMED_SPREAD)
 
     def _bound(self, spread: float) -> float:
@@ -100,7 +100,7 @@ def rehearse(
         Standard deviation of the noise of the measured current or voltage, A | V; None for 0.2 % of
         the drive's limit.
     seed
-        Seed of axes and noise.
+        Seed of the random axes and of the noise.
     laws
         Friction laws of the axes in addition to their parameters, such as friction over position.
 

@@ -58,7 +58,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class DesignRounds:
-    """Outcome of the rounds of one design.
+    """Result of the repeated design of a test; a round is one design with its rehearsals.
 
     - test: shortest test whose rehearsals reach the precision; None if no test does
     - attempt: request of the last round
