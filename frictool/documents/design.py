@@ -130,8 +130,8 @@ class Design(
     - `recentring`: Factor above 1. The matrix inequalities are solved for the bound `recentring`
       times the smallest gamma. Near the smallest gamma itself, the Lyapunov matrices X and Y become
       very large.
-    - `ease`: Factor by which the bound gamma is increased further when the controller is computed.
-      A larger factor gives lower gains and more margin.
+    - `ease`: Factor by which the bound gamma is increased, in addition to `recentring`, when the
+      controller is computed. A larger factor gives lower gains and more margin.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is replaced
       by its last valid value. After more invalid samples, the drive becomes 0 and the fault flag is
       set.

@@ -36,8 +36,8 @@ class PositionLawDesign(
       `none`: the loop stays closed.
     - `kind`: `square_root`: the speed reference is proportional to the square root of the error.
       `proportional`: it is `gain_per_s` times the error.
-    - `formula`: Gain of the square-root law, with the model's Coulomb friction F and inertia J.
-      `sqrt(F/J)` is lower by the factor sqrt(2).
+    - `formula`: Gain of the square-root law, with the model's Coulomb friction F and inertia J. The
+      gain sqrt(F/J) is lower than sqrt(2F/J) by the factor sqrt(2).
     - `gain_per_s`: Gain of the proportional law.
     - `band`: Half-width of the rest band. The default is the encoder's step.
     - `settled_speed`: `cut` and `brake` act only if the speed of the prefilter or profile is below

@@ -28,7 +28,7 @@ class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     - `step_s`: Time step of the laws.
     - `switch_velocity`: Speed below which slip may become stick.
-    - `decay_rad_s`: Decay rate of the force in version A.
+    - `decay_rad_s`: Decay rate [1/s] of the remaining velocity after the switch to stick.
     - `preisach_intervals`: Number of intervals along each side of version C's Preisach triangle; it
       must be even.
     """

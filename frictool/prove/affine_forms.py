@@ -31,7 +31,7 @@ class Forms(NamedTuple):
 
     - center (n,), gen (n, generators), error (n,): as in the module docstring
     - extent (n,): number of columns of `gen` that belong to a row; the other columns count as 0
-    - spread (n,): sum of the magnitudes of the generators and the error of a row; each operation
+    - spread (n,): sum of the magnitudes of a row's generators, plus the row's error; each operation
       updates it
     - low, high (n,): additional bounds of the values
     - size (1,): number of generators in use

@@ -102,7 +102,7 @@ class BoxTest:
 
     - loop: sampled loop
     - goals: requirements of each hold
-    - start: set of starts of the first hold
+    - start: set of initial states of the first hold
     - box: interval of each parameter
     - load: constant load [N m | N]
     - travel: positions of the end stops [rad | m]

@@ -29,7 +29,7 @@ def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge the largest peak of the drive, from the command and the measured drive.
 
-    The noise of the measured drive is subtracted from its peak.
+    The noise floor of the measured drive is subtracted from the peak of the measured drive.
     """
     measured = f"peak of the measured {spec.drive}, less its noise floor"
     peaks: list[JudgedValue] = []

@@ -42,8 +42,8 @@ class StreamEvidence:
     - source: label of the log
     - resolution: step of the position sensor, rad | m; 0 if unknown
     - holds: phases of constant reference
-    - command, measured: command and measured drive, (n,), A | V; None if the signal is missing
-    - gaps: reason why a signal is missing, for each missing signal
+    - command, measured: command and measured drive, (n,), A | V; None if missing or not finite
+    - gaps: reason for each missing item: a signal, the drive limit, holds, or steps
     - nominal: True for the nominal plant (`/axis`, or the only stream of its log), False for a
       plant variant
     - simulated: True for a stream of a simulated log
@@ -54,7 +54,7 @@ class StreamEvidence:
       unknown
     - margin_gap: reason why the margin is unknown; empty if it is known
     - beyond: text on differences between the stream's rig and the rig for which the controller was
-      verified; empty if the rigs agree
+      verified, and on doubts about the margins; empty if there are none
     - worst: True for the stream with the worst value of a requirement, which figures show in red
     """
 

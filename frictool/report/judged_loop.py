@@ -63,9 +63,9 @@ class JudgedLoop:
         return (None, unstated) if unstated else (self._margins(plant), "")
 
     def beyond(self, log: Log) -> str:
-        """Return text on differences between a log's rig and the rig of the verification.
+        """Return text on the `doubt` and on differences between a log's rig and the verified rig.
 
-        The text is empty if the rigs agree or the log's rig is unknown, and there is no doubt.
+        If the log's rig is unknown, no difference is reported. The text may be empty.
         """
         return "; ".join(one for one in (self._different(log), self.doubt) if one)
 

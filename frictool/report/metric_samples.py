@@ -115,7 +115,7 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
     "response_time": lambda part: _cut_short(part),
     # the log has a measured drive or a command
     "drive": lambda part: no_drive(part.spec, part.evidence) if part.evidence.drive is None else "",
-    # the bench is known
+    # the limit of the drive is known
     "drive_limit": lambda part: part.evidence.gaps.get("drive_limit", ""),
     # the specification gives t_int
     "energy_window": lambda part: (

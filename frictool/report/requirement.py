@@ -141,7 +141,8 @@ class Verdict(ResultView):
 
     The requirements are in the specification's order.
 
-    - meets: for each stream, True if its values meet every requirement
+    - meets: for each stream, True if its values meet every requirement and nothing puts the
+      simulation in doubt
     - remarks: warnings
     """
 

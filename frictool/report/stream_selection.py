@@ -46,8 +46,8 @@ def select_streams(verdict: Verdict) -> JudgedStreams:
 
     If the verdict has more than forty streams, the nominal streams, the worst stream of each
     requirement and the failing streams are selected first. Other streams, at equal distances in the
-    list, fill the remaining places. The worst stream is marked. The verdict and `--json` always
-    include all streams.
+    list, fill the remaining places. The worst stream is marked if its log has several streams. The
+    verdict and `--json` always include all streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

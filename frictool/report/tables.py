@@ -114,7 +114,8 @@ def stream_table(spec: Spec, streams: JudgedStreams) -> TextTable:
 def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
     """Return tables with the worst value of each metric in each log (as thesis table 5.3).
 
-    One table is for the nominal streams, one for all streams. For a single log, there is no table.
+    The last table is for all streams. If there are plant variants, another table is for the nominal
+    streams only. For a single log, there is no table.
     """
     sources = tuple(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
     if len(sources) < 2:

@@ -57,7 +57,7 @@ def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueL
 def largest_value(
     spec: Spec, metric: Metric, judged: list[JudgedValue], undecided: str
 ) -> Requirement:
-    """Compare the largest of the judged values with its limit and return the requirement.
+    """Compare the largest judged value with the metric's limit and return the requirement.
 
     `undecided`: reason if `judged` is empty. An infinite value does not meet the requirement.
     """
@@ -78,7 +78,7 @@ def largest_value(
 def worst_hold(
     spec: Spec, metric: Metric, evidence: JudgedStreams, *, with_reasons: bool = True
 ) -> Requirement:
-    """Compare the largest value of a metric over all holds with its limit; return the requirement.
+    """Compare the largest value of a metric over all holds with the limit; return the requirement.
 
     A hold is a phase of constant reference.
 
@@ -96,7 +96,7 @@ def worst_hold(
 
 
 def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Requirement:
-    """Compare the largest value of a stream metric over all streams with its limit.
+    """Compare the largest value of a stream metric over all streams with the metric's limit.
 
     Return the requirement with its outcome.
     """

@@ -93,7 +93,8 @@ class AxisVariant:
 def count(model: Model, scenario: Scenario) -> int:
     """Return the number of plants that a scenario simulates.
 
-    It is 1, plus the number of vertices or random plants if the scenario selects such plants.
+    The nominal plant (or the plant under `given`) counts as 1. Vertices or random plants are added
+    if the scenario selects them.
     """
     if scenario.variants == "vertices":
         return 1 + len(vertices(model))

@@ -172,9 +172,10 @@ def width_of(assembled: AssembledMechanism) -> float:
 def sight_of(
     source: int, controlled: ControlledAxis, resolution: float, start: Vector
 ) -> ControlPorts:
-    """Return the indices that connect a controller with a mechanism.
+    """Return the source, the sensor's block and the load of a controlled mechanism.
 
-    These are the controlled source, the block of the sensor and the block of the load.
+    The result also contains the encoder step, the initial positions of both blocks, and the speed
+    of the load divided by the speed of the sensor's block.
 
     - resolution: encoder step [rad | m]
     - start (n,): initial positions of the blocks

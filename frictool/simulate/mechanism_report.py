@@ -37,7 +37,7 @@ def energy_of(moved: MechanismOutcome) -> dict[str, float]:
     """Return the energies [J] of one simulated variant over the whole simulation.
 
     The keys are `input`, `kinetic`, `stored`, `lost in NAME` for each element with losses, and
-    `residual`.
+    `residual`. `kinetic` and `stored` are gains of energy.
     """
     made = moved.variant.assembled
     work = work_by_element(moved.machine, moved.state)

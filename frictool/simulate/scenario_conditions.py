@@ -74,9 +74,9 @@ def conditions_of(
 
 
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
-    """Return the conditions without the faults of a voltage sensor.
+    """Return the conditions without the faults of the drive's sensor, unless it measures current.
 
-    A measured voltage is not fed back to the controller, so that its faults affect only the log.
+    A current drive feeds its measured current back. Any other measured drive is only logged.
     """
     if rig.drive == "current" or not conditions.size:
         return conditions

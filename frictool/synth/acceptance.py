@@ -45,8 +45,9 @@ def accept(
 
     The test fails in these cases:
 
-    - A loop with the delay in bench.yaml, with or without the model's resonances and spring, is
-      unstable or has less than the specified modulus margin.
+    - A loop, with or without the model's resonances and spring, is unstable with the delay in
+      bench.yaml or with a longer checked delay, or has less than the specified modulus margin with
+      the delay in bench.yaml.
     - With coefficients rounded to double or float, the margin is less than specified, or the norm
       is more than 1 % larger than without rounding.
     - The loop that a limiter's virtual friction closes is unstable at rest, or the drive after one

@@ -31,7 +31,7 @@ Progress = Callable[[str], None]
 
 ORDER = {"position": 4, "speed": 3}  # order if the design does not state one
 DRAWN = 300  # number of random controllers drawn
-STARTS = 8  # number of drawn controllers that are improved, the best ones
+STARTS = 8  # number of the best drawn controllers, which are improved
 KEPT = 2  # number of controllers that get a further pole
 PLACES = 4  # number of frequencies tried for each further pole
 ROUNDS, LAST_ROUNDS = 25, 60  # rounds of each descent, and of the last one

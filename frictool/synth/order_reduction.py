@@ -42,9 +42,9 @@ def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[
     """Return checked controllers of falling order, from the order of `k` minus 1 down to `order`.
 
     kept: `high` leaves the direct gain unchanged, `low` the steady state. `check` is called with
-    each reduced controller and raises NoSolutionError if the loop is not acceptable. `reduce_order`
-    adds the order to this message. It also raises NoSolutionError if `k` without its integrator is
-    unstable, or if `order` is 0 and `k` has an integrator.
+    each reduced controller and raises NoSolutionError if the loop is not acceptable; `reduce_order`
+    adds the order to the message of this error. `reduce_order` also raises NoSolutionError if `k`
+    without its integrator is unstable, or if `order` is 0 and `k` has an integrator.
     """
     integrator, rest = split_integrator(k)
     integrators = 0 if integrator is None else 1

@@ -183,8 +183,9 @@ def _integrator_section(
 ) -> tuple[Matrix, ComplexVector, ComplexVector]:
     """Return the section of the integrator, and the zeros and poles of the other sections.
 
-    The section has the real zero nearest to z = 1, or no zero. If there are as many zeros as poles
-    and all zeros are complex, the integrator shares a section with another pole.
+    The section has the real zero nearest to z = 1, or no zero. If all zeros are complex and there
+    are as many zeros as poles (the integrator included), the integrator shares a section with
+    another pole.
     """
     real = np.flatnonzero(zeros.imag == 0.0)
     if real.size:

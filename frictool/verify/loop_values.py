@@ -169,7 +169,7 @@ class LinearLoops:
         return stored.Rounded(number, gamma, min(margins))
 
     def seen_inside(self) -> float:
-        """Return the largest norm found between the vertices by scattered plants and a search.
+        """Return the largest norm at the vertices and at the plants of a search between them.
 
         The search is local. If `weights` is None, the largest sensitivity replaces the norm, and
         only scattered plants are evaluated.

@@ -29,7 +29,8 @@ class ModelCheck:
     - specified: specified modulus margin
     - resonant: margin with the model's resonances; None if the model has no resonances
     - sprung: margin with the model's spring; None if the model has no spring
-    - ringing: margin on plants of two inertias; None without an undeclared `ringing`
+    - ringing: margin on plants of two inertias; None if the model has no `ringing` or has
+      resonances
     - outside_margins: names of the model's nonlinear effects, which no margin takes into account
     """
 

@@ -62,8 +62,8 @@ class Verification(ResultView):
     - differences: stored values that differ from the computed values
     - changed: blocks that were changed after the verification
     - not_computed: stored values that `verify` cannot compute, by their keys
-    - ringing: margin on plants of two inertias; None if the document has no `ringing`, or if the
-      model check contains it
+    - ringing: margin on plants of two inertias; None if the document has no `ringing`, or if
+      `model` contains this margin
     """
 
     controller: Controller

@@ -33,7 +33,8 @@ class RingingCheck:
     - plant: plant with the smallest margin
     - required: required margin
     - slower: smallest factor of SLOWER by which all time constants of the controller must be longer
-      for the required margin; 1 if it has this margin, None if no factor suffices
+      for the required margin; 1 if the controller already has this margin, None if no factor
+      suffices
     """
 
     plant: TwoInertias
@@ -63,7 +64,7 @@ def doubt_words(plant: TwoInertias, failure: str, slower: float | None = None) -
     failure: what fails on `plant`. slower: factor of `RingingCheck`, or None if it is unknown.
     """
     hertz = plant.oscillation.rad_s / (2.0 * math.pi)
-    times = "" if slower is None else f" {slower:g} times"
+    times = "" if slower is None else f" by a factor of {slower:g}"
     return (
         f"the axis rings at {hertz:.3g} Hz; with {plant.name}, {failure}; slow the loop{times}, or "
         "model the compliance (frictool reduce)"

@@ -102,7 +102,7 @@ def test_a_slower_loop_tolerates_the_ringing(loop: Controller) -> None:
     assert check.slower is not None
     assert ringing_check(loop, points, rings.scaled(check.slower)).shown
     assert not ringing_check(loop, points, rings.scaled(0.5 * check.slower)).shown
-    assert f"slow the loop {check.slower:g} times" in check.doubt
+    assert f"slow the loop by a factor of {check.slower:g}" in check.doubt
     assert len(check.doubt) <= 170
 
 

@@ -56,7 +56,7 @@ NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
 
 class PlayedExtent(IntEnum):
-    """Largest test that a candidate completed: none, a test with few plants, or with all plants."""
+    """Largest test that a candidate completed: none, the test with few plants, or with all."""
 
     NONE = 0
     FEW = 1
