@@ -211,7 +211,8 @@ class LawSimulator:
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
         """Return the friction [N | N m] along the positions `path` at constant `speed`.
 
-        Returns None if a mass does not move below breakaway, or does not spring back.
+        Returns None if an effort below breakaway does not move the mass, or if the mass does not
+        spring back.
         """
         if not self._yields(law):
             return None

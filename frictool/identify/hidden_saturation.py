@@ -148,7 +148,7 @@ def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | 
 
 
 def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
-    """Return the samples of a record in slip; the rms of each regressor is 1.
+    """Return the samples of a record at which the axis slips; the rms of each regressor is 1.
 
     Return None if the samples are too few to show a saturation, or if the encoder's noise changes
     the computed effort of the inertia as much as a saturation would.

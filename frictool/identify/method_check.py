@@ -44,7 +44,7 @@ def method_warnings(
 ) -> list[str]:
     """Return a warning if least squares predict the logs much better than the method of the fit.
 
-    `rows` contains the slipping samples of the logs (`motion_rows`).
+    `rows` contains the samples of the logs at which the axis slips (`motion_rows`).
     """
     row = METHODS[fit.method or REFERENCE]
     if (

@@ -34,10 +34,10 @@ DAY_S = 86400.0
 
 @dataclass(frozen=True)
 class UnitValue:
-    """Estimate of a parameter from one log.
+    """Estimate of a parameter in one model of a batch.
 
     - unit: name of the machine that was tested; None if unknown
-    - day: date of the log in days since any common origin; None if unknown
+    - day: date of the model's log in days since any common origin; None if unknown
     """
 
     interval: Interval

@@ -355,7 +355,7 @@ def _constants(
 ) -> tuple[dict[str, Quantity], list[str]]:
     """Return the identified servo constants, and a warning for each value at an end of its range.
 
-    The interval of a constant is its intersection with the range in bench.yaml.
+    The interval of each constant is limited to the range in bench.yaml.
     """
     out, warnings = {}, []
     for name, known in servo_quantities(bench).items():

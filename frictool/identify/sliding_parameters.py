@@ -98,7 +98,8 @@ def _with_fitted_values(
 ) -> Outcome:
     """Return the outcome in which refused parameters have their fitted values.
 
-    Only a value within the range in bench.yaml, `fixed`, is used; its interval is this range.
+    A fitted value is used only if it is within the parameter's range in `fixed`; its interval is
+    then this range.
     """
     ranges = {}
     for name, known in fixed.items():
@@ -168,7 +169,7 @@ def _ranges(bench: Bench, from_logs: Mapping[str, Interval]) -> dict[str, tuple[
 
 
 def explained(logs: AxisLogs, outcome: Outcome) -> Outcome:
-    """Return the outcome with its force error; refuse it if its model does not explain the effort.
+    """Return the outcome with its force error; refuse parameters that do not explain the effort.
 
     If values in bench.yaml cause a force error above LARGEST_FORCE_ERROR, each parameter that is
     not identified gets the value within its range in bench.yaml that minimises the force error. If

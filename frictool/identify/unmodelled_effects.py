@@ -466,8 +466,8 @@ def _of_sampling(
     """Return the shift of the inertia by the sample period T if the model contains a delay.
 
     The velocity is a mean over 2 T, but the effort is a mean with a triangular window of the length
-    2 T. To second order in T, this difference acts like the delay -viscous T^2/(12 inertia). It
-    increases the fitted inertia by (viscous T)^2/(12 inertia); the shift is this value with a
+    2 T. To second order in T, this difference acts like the delay -viscous T^2/(12 inertia). This
+    delay increases the fitted inertia by (viscous T)^2/(12 inertia); the shift is this value with a
     negative sign.
     """
     if plain is None or all(one.term != DELAY for one in plain.used):

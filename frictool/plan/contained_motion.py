@@ -1,11 +1,11 @@
-"""Tests of strokes that keep every axis of a bench within the travel.
+"""Tests of strokes in which every possible axis of a bench stays within the travel.
 
 A test of strokes is a reference of the position loop. A real axis does not follow this reference
 exactly. If the inertia or the friction of the axis differs from the bench's value, the axis
 overshoots the reversals. A coarse encoder or a long delay makes the loop slow, and the overshoot
-larger. The test is simulated on the axes at the ends of the a-priori intervals. The reference keeps
-a margin to each end of the travel. If such an axis uses more than half of this margin, the test is
-designed again for a shorter travel.
+larger. The test is simulated on axes whose parameters are at the ends of the a-priori intervals.
+The reference keeps a margin to each end of the travel. If such an axis uses more than half of this
+margin, the test is designed again for a shorter travel.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ OVERSHORTENED = 1.2  # factor on the excess by which the travel is shortened at 
 
 @dataclass
 class ContainedDesign:
-    """Design of tests in which every axis stays within the travel of the bench.
+    """Design of tests in which every possible axis stays within the travel of the bench.
 
     - bench: bench with its a-priori intervals and its travel
     - usable: bench with the travel for which tests are designed, shortened if an axis came
@@ -55,7 +55,8 @@ class ContainedDesign:
         Raises
         ------
         NoSolutionError
-            If `design` makes no test, or if DESIGNS tests do not contain every axis.
+            If `design` makes no test, or if an axis leaves the allowed positions in each of DESIGNS
+            tests.
         """
         for _ in range(DESIGNS):
             test = design(self.usable)

@@ -1,10 +1,10 @@
 """Rehearsals of a test: simulations of the test, with identification from the simulated log.
 
 The half width that `identify` reports depends on the encoder, on the speed and on the method of
-identification. Each rehearsal draws an axis within the a-priori intervals, simulates the test with
-encoder counts, delay and noise, and records the half widths. The half width that `excite` states
-for a parameter is an upper bound from a lognormal distribution that is fitted to the half widths of
-the rehearsals.
+identification. Each rehearsal draws the parameters of an axis from the a-priori intervals,
+simulates the test with encoder counts, delay and noise, and records the half widths. The half width
+that `excite` states for a parameter is an upper bound from a lognormal distribution that is fitted
+to the half widths of the rehearsals.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def rehearse(
     sequence
         Test as a reference of the position loop or as a command of the drive.
     bench
-        Bench with the a-priori intervals from which the axes are drawn.
+        Bench with the a-priori intervals from which the parameters of the axes are drawn.
     limits
         Largest permitted half width of each parameter in SI units; inf for no limit.
     noise
