@@ -88,7 +88,7 @@ class TriedModel:
 class Explanation:
     """Part of the effort that inertia, viscous and Coulomb friction and offset do not explain.
 
-    - name: name in `load.terms`
+    - name: name of the part in `load.terms` of bench.yaml
     - what: physical name for messages
     - state: `used` if the fit includes this part of the effort, `left` if the part remains in the
       residual
@@ -117,8 +117,8 @@ class SlidingFit:
     - parameters: interval of each identified parameter
     - refused: for each parameter that was not accepted, the reason with numbers
     - residual: rms residual of the method's equations divided by the rms of their right-hand side,
-      in the strokes of the fit; not comparable between methods
-    - held_out_residual: the same ratio in strokes left out of the fit; None if this ratio was not
+      over the strokes of the fit; not comparable between methods
+    - held_out_residual: the same ratio over strokes left out of the fit; None if this ratio was not
       computed
     - condition: condition number of the regressor matrix
     - samples: number of equations (rows) or of samples in the fit

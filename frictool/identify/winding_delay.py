@@ -167,11 +167,11 @@ def current_between_samples(
     """Return the shift of the inertia if a current drive holds the voltage between two samples.
 
     The result is empty for another drive, and if the bench states the lag of the current. A logged
-    voltage that explains the current determines R, K and usually L. Otherwise, the bench has to
-    state R, and the fitted delay has to exceed half a sample period T. Readings of a current that
-    is held between samples have no such delay. If L is unknown, the largest possible shift is
-    returned. The shift is positive if the fitted delay exceeds T/2, else negative. Without a fitted
-    delay, both signs are possible.
+    voltage that explains the current determines the resistance R, the back-EMF constant and usually
+    the inductance L. Otherwise, the bench has to state R, and the fitted delay has to exceed half a
+    sample period T. Readings of a current that is held between samples have no such delay. If L is
+    unknown, the largest possible shift is returned. The shift is positive if the fitted delay
+    exceeds T/2, else negative. Without a fitted delay, both signs are possible.
     """
     actuator = bench.actuator
     if regression is None or actuator.drive != "current" or actuator.logged_lag_s > 0.0:

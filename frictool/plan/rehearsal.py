@@ -41,7 +41,7 @@ class HalfWidthSample:
     """Half widths of one parameter's interval in all rehearsals, in SI units.
 
     - widths: half widths from the rehearsals that identified the parameter
-    - refusals: reasons from the rehearsals that did not identify the parameter
+    - refusals: reasons why the other rehearsals did not identify the parameter
     """
 
     widths: tuple[float, ...]
