@@ -59,9 +59,17 @@ def to_yaml(document: msgspec.Struct) -> str:
     """Return the YAML text of a document.
 
     The keys have the order of the document's type. Optional keys without a value are omitted.
+    Scalars of NumPy, which a caller in Python may have used, are written as Python numbers.
     """
-    tree: dict[str, Any] = drop_unset(msgspec.to_builtins(document))
+    tree: dict[str, Any] = drop_unset(msgspec.to_builtins(document, enc_hook=_python_number))
     return tree_to_yaml(tree)
+
+
+def _python_number(value: Any) -> Any:
+    """Return a scalar of NumPy as a Python number; raise TypeError for another object."""
+    if not hasattr(value, "item"):
+        raise TypeError(f"a document cannot contain {value!r}, of type {type(value).__name__}")
+    return value.item()
 
 
 def save(document: msgspec.Struct, path: Path | str) -> None:

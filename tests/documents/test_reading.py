@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import msgspec
+import numpy as np
 import pytest
 import yaml
 from hypothesis import given
@@ -343,8 +345,6 @@ def test_numbers_and_names_survive_writing(
     value: float, text: str, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     bench = load(CLUTCH, Bench)
-    import msgspec
-
     encoder = msgspec.structs.replace(bench.encoder, counts_per_revolution=value)
     changed = msgspec.structs.replace(bench, encoder=encoder, name=text)
     path = tmp_path_factory.mktemp("write") / "bench.yaml"
@@ -356,8 +356,6 @@ def test_numbers_and_names_survive_writing(
 
 @pytest.mark.parametrize("name", list(DOCUMENTS))
 def test_every_document_has_a_schema_that_names_its_keys(name: str) -> None:
-    import msgspec
-
     schema = json_schema(name)
     keys = {field.encode_name for field in msgspec.structs.fields(DOCUMENTS[name])}
     definition = schema["$defs"][schema["$ref"].rpartition("/")[2]]
@@ -395,3 +393,19 @@ def test_no_hint_where_one_value_alone_is_allowed(tmp_path: Path) -> None:
     path.write_text("format: design/1\n")
     with pytest.raises(DocumentError, match=r"found 'design/1'; allowed: bench/1$"):
         load(path, Bench)
+
+
+def test_numbers_of_numpy_are_written_as_numbers() -> None:
+    bench = load(CLUTCH, Bench)
+    period = bench.sample_period_s
+    quantity = msgspec.structs.replace(bench.mechanics.inertia, value=np.float64(1e-3))
+    mechanics = msgspec.structs.replace(bench.mechanics, inertia=quantity)
+    changed = msgspec.structs.replace(
+        bench, sample_period_s=np.float64(period), delay_samples=np.int64(1), mechanics=mechanics
+    )
+    tree = yaml.safe_load(to_yaml(changed))
+    assert tree["sample_period_s"] == period
+    assert tree["delay_samples"] == 1
+    assert tree["mechanics"]["inertia"]["value"] == 1e-3
+    with pytest.raises(TypeError, match="of type object"):
+        to_yaml(msgspec.structs.replace(bench, name=object()))
