@@ -20,7 +20,7 @@ from frictool.verify.loop_wording import plant_words
 def robustness(
     problem: SynthesisProblem, system: Lti, *, varying: bool = False
 ) -> stored.Robustness:
-    """Return the largest norm found between the vertices with the controller `system`.
+    """Return the largest norm found at and between the vertices with the controller `system`.
 
     varying: True to return also a bound for parameters that vary arbitrarily fast. Raises
     NoSolutionError if the loop is unstable for a plant of the box, or if the norm is more than 1 %
@@ -54,9 +54,9 @@ def robustness(
 def sensitivity_inside(
     problem: SynthesisProblem, loops: Sequence[FeedbackLoop]
 ) -> stored.Robustness:
-    """Return the largest sensitivity found between the vertices, for loops without weights.
+    """Return the largest sensitivity found at and between the vertices.
 
-    The result is the largest sensitivity of scattered plants, not an upper bound. Raises
+    Between the vertices, scattered plants are evaluated; the result is not an upper bound. Raises
     NoSolutionError if a loop is unstable for one of these plants, or if the sensitivity is more
     than 1 % above the largest sensitivity at the vertices.
     """

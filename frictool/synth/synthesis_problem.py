@@ -148,7 +148,7 @@ class SynthesisProblem:
         if moved is not k:
             remarks.append(
                 "the slowest pole of the controller was moved "
-                + ("to an integrator" if self.design.integrator else "inside")
+                + ("to an integrator" if self.design.integrator else "into the stable region")
             )
         kept = self._reduced(moved)
         if kept is not moved:

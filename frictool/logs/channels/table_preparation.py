@@ -53,7 +53,7 @@ def prepare_tables(
 
 
 def _latched(table: RawTable, bench: Bench, *, held: bool = False) -> RawTable:
-    """Return the table with a row per sample period; unchanged if it has such rows already.
+    """Return the table with a row per sample period; unchanged if it has such rows or no times.
 
     held: True if the file has a row only when a value changes.
     """

@@ -2,9 +2,9 @@
 
 A step from one sample to the next is a jump if it exceeds two counts plus twice the distance that
 the axis covers at top speed. The factor two allows for a servo that is faster than specified. If
-the top speed is unknown, a step is a jump if it meets two conditions. It is at least ten times as
-long as the steps before and after it. It is also at least three times as long as the 99 % quantile
-of the steps in the block.
+the top speed is unknown, a step is a jump if it meets two conditions. It is longer than 20 counts,
+and at least ten times as long as the steps before and after it. It is also at least three times as
+long as the 99 % quantile of the steps in the block.
 """
 
 from __future__ import annotations

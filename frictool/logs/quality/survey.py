@@ -43,7 +43,7 @@ class SignalSurvey:
     low, high: smallest and largest value.
     levels: number of distinct values, counted up to a limit.
     step: quantisation step; None if the values are not multiples of a step.
-    hold: number of samples for which the signal keeps a value; None if it changes at every sample.
+    hold: number of samples for which the signal keeps a value; None without zero-order hold.
     flat: flat tops of the signal (saturation.py).
     at_limit: number of samples at the limit that bench.yaml sets for the signal; None if there is
         no limit.

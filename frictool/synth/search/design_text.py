@@ -41,7 +41,7 @@ EFFECTS = {
     "profile": "from the present position to the reference, within the drive's limit",
     "feedforward": "effort of the model along the reference",
     "friction_compensation.source": "friction of the model, added to the drive",
-    "friction_compensation.velocity": "speed whose sign the friction has",
+    "friction_compensation.velocity": "speed that determines the sign of the friction",
     "friction_compensation.smoothing_speed": "speed below which the added friction fades",
     "friction_compensation.gain": "share of the model's friction; larger: starts sooner",
     "recentring": "the inequalities are solved at this multiple of the smallest gamma",

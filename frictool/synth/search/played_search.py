@@ -7,11 +7,11 @@ of a requirement is the missing part of its reserve. The objective is the larges
 fraction of the sum of all shortfalls. A candidate is played on few plants first, and on all plants
 if it is promising; the plant with the worst result is then added to the few plants. A test ends
 early if the simulated plants already make the candidate worse than the candidate that it would
-replace. The plants that failed last are played first. The search ends with the first candidate that
-meets three conditions: it passes the whole test with the reserve, it passes the tests with other
-plants without the reserve, and it is verified. If there is no such candidate, the search continues
-without the reserve from the best candidates. The values of a candidate are the worst values of all
-tests in which the candidate was played.
+replace. The plants with the worst results in the last tests are played first. The search ends with
+the first candidate that meets three conditions: it passes the whole test with the reserve, it
+passes the tests with other plants without the reserve, and it is verified. If there is no such
+candidate, the search continues without the reserve from the best candidates. The values of a
+candidate are the worst values of all tests in which the candidate was played.
 """
 
 from __future__ import annotations
