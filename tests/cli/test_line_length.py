@@ -49,7 +49,7 @@ VALUE = 12  # characters of a value that a refusal contains
 )
 def test_no_line_is_long(command: list[str], kind: str, tmp_path: Path) -> None:
     log = tmp_path / f"{kind}.csv"
-    log.write_text(first_part(f"{kind}.csv"))
+    log.write_text(first_part(f"{kind}.csv", 6000))
     result = run(*command, log, "--bench", BENCH)
     text = result.stdout + result.stderr.replace(str(ROOT), "").replace(str(tmp_path), "")
     assert text

@@ -72,7 +72,9 @@ def test_of_one_mode_it_is_the_best_norm_of_any_gain(seed: int) -> None:
     assert searched == pytest.approx(found.smallest_gamma, rel=5e-3)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.accept) for seed in (1, 2))]
+)
 def test_what_is_asked_beyond_costs(seed: int) -> None:
     random = np.random.default_rng(seed)
     modes = {0: _random(random, 3, 2), 1: _random(random, 3, 2)}

@@ -240,7 +240,7 @@ def test_no_edit_of_a_proof_passes() -> None:
 
 
 def test_every_vertex_is_judged_alike_by_any_number_of_processes() -> None:
-    test = _step_test(certified("speed"), 0.05)
+    test = _step_test(certified("speed"), 0.03)
     scenario = msgspec.structs.replace(test.scenario, variants="vertices")
     request = ProofRequest(test.model, test.controller, scenario, test.spec)
     proof = prove_step(request, HERE, cores=1)

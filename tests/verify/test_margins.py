@@ -69,7 +69,7 @@ def _stable(controller: Lti, rates: AxisRates, delay: int) -> bool:
 
 
 @given(**drawn)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=settings.default.max_examples // 3)
 def test_the_loop_is_stable_up_to_its_margins_and_not_beyond(**case: float) -> None:
     controller, rates = _loop(**case)
     delay = int(case["delay"])
@@ -86,7 +86,7 @@ def test_the_loop_is_stable_up_to_its_margins_and_not_beyond(**case: float) -> N
 
 
 @given(**drawn)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=settings.default.max_examples // 3)
 def test_against_python_control(**case: float) -> None:
     controller, rates = _loop(**case)
     loop = open_loop(controller, rates, LAG, int(case["delay"]))
@@ -107,7 +107,7 @@ def test_against_python_control(**case: float) -> None:
 
 
 @given(**drawn)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=settings.default.max_examples // 3)
 def test_against_a_scanned_nyquist_curve(**case: float) -> None:
     """No sign change of Im L or |L| - 1 on a fine scan is without its crossing, and min |1 + L| is
     the scan's."""

@@ -87,7 +87,7 @@ def test_a_step_deflects_the_link_as_a_critically_damped_oscillator(stiffness: f
     np.testing.assert_allclose(stretch(found), expected, atol=1e-5 * abs(still))
 
 
-@pytest.mark.parametrize("stiffness", [1e8, 1e10, 1e12])
+@pytest.mark.parametrize("stiffness", [1e8, pytest.param(1e10, marks=pytest.mark.accept), 1e12])
 def test_a_smooth_motion_is_that_of_radau(stiffness: float) -> None:
     """A drive with a lag, and viscous friction; Radau integrates the stretch, without rounding."""
     lag, viscous = 2e-3, 0.3
@@ -197,7 +197,13 @@ def test_rounding_of_large_positions_does_not_shorten_the_steps() -> None:
     assert min(paces) > 0.1 * PERIOD
 
 
-@pytest.mark.parametrize("seed", [2, 3, 4, 8, 17, 20, 22, 24, 29, 40, 54])
+@pytest.mark.parametrize(
+    "seed",
+    [
+        *(2, 3, 8, 20, 40),
+        *(pytest.param(seed, marks=pytest.mark.accept) for seed in (4, 17, 22, 24, 29, 54)),
+    ],
+)
 def test_energy_of_random_mechanisms_with_stiff_links_is_conserved(seed: int) -> None:
     """Losses, contacts, end stops and friction of all kinds beside links of 1e10 N/m to 1e12 N/m;
     the tolerance of speeds is relative to 0.1 m/s, that of energy therefore to 1e-3 J."""
