@@ -58,6 +58,7 @@ def prose(page: Path) -> str:
     return _FENCE.sub("", text_of(page))
 
 
+@cache
 def anchors(page: Path) -> set[str]:
     """Return the anchors of the page's headings as GitHub makes them: lower case, blanks as
     hyphens, no other signs."""
