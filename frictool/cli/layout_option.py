@@ -38,7 +38,7 @@ layout_option = click.option(
 
 @contextmanager
 def layout_advice() -> Iterator[None]:
-    """Let messages of a LogError advise --layout in place of the key `layout` of bench.yaml."""
+    """In the with-block, let LogErrors advise --layout in place of bench.yaml's key `layout`."""
     try:
         yield
     except LogError as error:

@@ -159,7 +159,7 @@ def _decay(time: float, lag: float) -> RoundedInterval:
     return decay(point(time) / point(lag))
 
 
-_Ends = list[tuple[AxisSet, float]]  # sets of states, and the time [s] after which each is valid
+_Ends = list[tuple[AxisSet, float]]  # sets of states and elapsed times [s]
 
 
 def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
@@ -249,9 +249,9 @@ def _shifted(
 
 
 def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
-    """Return the sets of states at the end of a slip, with the duration of the slip [s].
+    """Return the sets of states after one step of a slip, each with the elapsed time [s].
 
-    The slip ends where the backlash closes, at a stop, or after the time `left` [s].
+    The step ends at the latest where the backlash closes, at a stop, or after the time `left` [s].
     """
     carries = _carries(state, p, state.direction)
     phase = _phase(state, command, p, carries)
@@ -433,7 +433,7 @@ def _tail(size: float, beta: float, step: float) -> float:
 
 
 def _stopped(state: AxisSet, command: float, p: PlantBox, left: float, fastest: float) -> _Ends:
-    """Return the sets of states after a stop, each with the time [s] after which it is valid.
+    """Return the sets of states after a stop, each with the elapsed time [s].
 
     The stop happens within the time (highest speed)/|`fastest`|; |`fastest`| is the smallest
     deceleration. If this time exceeds `left` [s], the axis may still move after `left`; a second

@@ -182,7 +182,7 @@ class StepTest(Generic[V]):
         recorded: Log | None = None,
         with_speed: bool = True,
     ) -> Log:
-        """Simulate a scenario; return the same log as `simulate_closed_loop`.
+        """Simulate a scenario; return the log that `simulate_closed_loop` returns.
 
         If `with_speed` is False, the log has no `velocity_estimated`; this saves time.
         """

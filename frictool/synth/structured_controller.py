@@ -92,9 +92,9 @@ class StructuredController:
         return replace(self, order=self.order + 1)
 
     def grown(self, parameters: Vector, pole: float) -> Vector:
-        """Return the parameters of the structure `wider` that describe the same controller.
+        """Return the parameters with which the structure `wider` describes the same controller.
 
-        A zero cancels the added pole at `pole` [rad/s].
+        The added pole is at `pole` [rad/s], and a zero cancels it.
         """
         above = np.polymul(parameters[self.free :][::-1], [self.around / pole, 1.0])[::-1]
         u = max(_LOWEST, min(0.0, float(np.log(pole / self.bound))))

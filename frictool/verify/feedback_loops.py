@@ -260,7 +260,7 @@ def open_loop(
 def friction_to_speed(
     feedback: FeedbackLoop, rates: AxisRates, lag: float, delay_samples: int
 ) -> Lti:
-    """Return the closed loop from friction/(Coulomb friction) to the speed.
+    """Return the closed loop from the friction, divided by the Coulomb friction, to the speed.
 
     lag: time constant of the drive [s].
     """

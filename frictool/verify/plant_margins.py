@@ -55,7 +55,7 @@ class PlantMargins:
         self._grid = np.append(0.0, np.geomspace(1e-6 * np.pi, np.pi, POINTS))
 
     def __call__(self, plant: LoggedPlant) -> float:
-        """Return the smallest modulus margin over all viscous and drive constants of the plant.
+        """Return the smallest modulus margin over all viscous frictions and drive constants.
 
         The result is 0 if a loop is unstable.
         """

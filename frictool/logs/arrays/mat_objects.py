@@ -28,7 +28,7 @@ def can_read() -> bool:
 
 
 def open_objects(path: Path) -> Sequence[LibraryTable]:
-    """Return the tables and timetables of a file that contain numbers.
+    """Return those tables and timetables of a file that contain numbers.
 
     This function runs in a child process, because mat-io may crash on a damaged file.
     """

@@ -82,7 +82,7 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
 def chunk_prefix(rest: bytes) -> bytes:
     """Return the beginning of a truncated chunk, decompressed as far as possible.
 
-    rest: part of the body of the chunk record that the file contains.
+    rest: those bytes of the chunk record's body that the file contains.
 
     The last record in the result may be incomplete. Raises ValueError if the head of the chunk is
     truncated.

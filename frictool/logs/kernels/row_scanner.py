@@ -82,6 +82,7 @@ def _scan(
     dates: order of the parts of a stamp's date; None if no column has time stamps, so that the
         reader of stamps need not be compiled.
     is_stamp: True if the cell is read as a time stamp.
+    end: index of the first character after the cell, or after the part of it that was read.
     plain: True if the whole cell is a number or a stamp.
     """
     value = 0.0

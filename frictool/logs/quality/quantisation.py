@@ -51,9 +51,9 @@ def step_doubt(position: Vector, bench: Bench) -> str | None:
 
     position: samples (n,) in rad or m.
 
-    A filtered position has no steps, and causes no warning. Finer steps than the encoder's may come
-    from the format of the numbers, or from interpolation between counts. An interpolated position
-    is never constant between two counts.
+    A filtered position has no steps, and causes no warning. Finer steps than the encoder's cause no
+    warning if they come from the format of the numbers, or from interpolation between counts. An
+    interpolated position is never constant between two counts.
     """
     step, count = encoder_step(position), bench.encoder.resolution
     if step is None or 1.0 / SEVERAL < step / count < SEVERAL:

@@ -216,7 +216,7 @@ def _refuse_several_clocks(rows: Rows, times: Sequence[int]) -> None:
 def _twincat_time_unit(rows: Rows, column: int, steps: Sequence[str], number: Number) -> str | None:
     """Return the unit `ms` of a time column; None for an index column.
 
-    In an index column, the steps differ from the declared sample time.
+    A column whose steps differ from the declared sample time is an index column.
     """
     declared = number(steps[column + 1]) if column + 1 < len(steps) else None
     times = [number(row[column]) for row in rows if column < len(row)]

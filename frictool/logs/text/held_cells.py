@@ -10,7 +10,7 @@ from frictool.logs.raw_table import RowBlock
 
 
 class HeldCells:
-    """Filler of the cells without a number, block by block.
+    """Filler that gives each empty cell the last number of its column, block by block.
 
     Rows at the start are left out until each column has a number. A column without a number in the
     first block of the file is ignored for this purpose.
