@@ -22,6 +22,9 @@ disturbance                   mean external effort over the sample, if a disturb
                               constant, if the scenario has a drift of this parameter; a friction
                               factor includes the effect of temperature
 temperature                   temperature, if the scenario states it
+position_valid                1 if the encoder gives a position, else 0; only if a sample is invalid
+controller_fault              1 in the controller's fault state, else 0; only if a sample is invalid
+                              or the scenario has commands of a supervisor
 ============================  ====================================================================
 """
 

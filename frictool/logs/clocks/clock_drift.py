@@ -93,7 +93,7 @@ def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
 
 
 class ClockPair:
-    """Collector of messages with the times of two clocks; at most LONGEST messages are kept."""
+    """Collector of the first messages with the times of two clocks, until LONGEST are kept."""
 
     def __init__(self) -> None:
         self._sent: list[Nanoseconds] = []

@@ -4,8 +4,8 @@
               until the next sample: the resampled value is the last sample at or before each time
     linear    every other signal is interpolated between the samples around each time
 
-The grid begins, to the ns, at the first time at which every stream has a sample. It ends at the
-last sample of the stream that ends first.
+The grid begins, to the ns, at the first sample of the stream that begins last. It ends at or before
+the last sample of the stream that ends first.
 """
 
 from __future__ import annotations

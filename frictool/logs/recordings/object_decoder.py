@@ -27,8 +27,9 @@ def numbers(
     labels: names of the elements, for each sequence that has as many elements as `labels`.
 
     The path of an element of a sequence contains the index of the element. An element with a label
-    is yielded a second time, with the label in place of the index. A sequence longer than
-    MOST_LISTED is left out. Raises ValueError if a mapping has more than MOST_VALUES keys.
+    is yielded twice: first with the label in place of the index, then with the index. A sequence
+    longer than MOST_LISTED is left out. Raises ValueError if a mapping has more than MOST_VALUES
+    keys.
     """
     if isinstance(message, bool | int | float):
         try:

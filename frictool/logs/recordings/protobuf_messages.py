@@ -30,7 +30,7 @@ def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
         _add(pool, {file.name: file for file in files.file})
         Message = factory.GetMessageClass(pool.FindMessageTypeByName(kind))
     except (message.DecodeError, TypeError, KeyError, ValueError):
-        raise ValueError("its descriptors are damaged") from None
+        raise ValueError("its descriptors are damaged or do not contain the type") from None
 
     def objects(data: bytes) -> object:
         try:

@@ -103,7 +103,7 @@ class Topic:
     def sample(self, messages: Messages) -> None:
         """Set `paths`, `stamp` and `apart_s` from the topic's first messages.
 
-        Damaged messages only set `refused`. Stamps of 0 are ignored.
+        Damaged messages only set `refused`. A stamp that is 0 in all these messages is ignored.
         """
         first = messages.at(slice(0, max(0, SAMPLED - self.sampled)))
         self.sampled += first.start.size
@@ -247,8 +247,8 @@ def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[Topic
     """Return a table for each topic; the table of a topic without numbers has no columns.
 
     clock: `log time`, or the path of a stamp in the messages. None selects the stamp of each topic,
-        or the log time of a topic without stamps. If these clocks differ by more than
-        FARTHEST_APART, None selects the log time of all topics.
+        or the log time of a topic without stamps. If some topics have no stamps, and the two clocks
+        differ by more than FARTHEST_APART, None selects the log time of all topics.
 
     Raises LogError if no topic has numbers, or if no topic has the requested clock.
     """

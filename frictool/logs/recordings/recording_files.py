@@ -28,9 +28,9 @@ def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
     """Return the recordings that the files and folders contain; a recording is a tuple of files.
 
     Files with names such as `run_0.mcap` and `run_1.mcap` are parts of one recording if they are
-    listed one after the other. Their numbers must begin at 0; their order does not matter. Any
-    other file, and any canonical log, is a recording by itself. Raises LogError if a folder is not
-    a ROS 2 bag.
+    listed one after the other. Their numbers must begin at 0 and have no gaps; their order does not
+    matter. Any other file, and any canonical log, is a recording by itself. Raises LogError if a
+    folder is not a ROS 2 bag.
     """
     recordings: list[tuple[Path, ...]] = []
     left = list(paths)
@@ -45,7 +45,10 @@ def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
 
 
 def parts_of(folder: Path) -> list[Path]:
-    """Return the files of a ROS 2 bag in order; raise LogError if the folder is not a ROS 2 bag."""
+    """Return the files of a ROS 2 bag in order.
+
+    Raises LogError if the folder is not a ROS 2 bag, or if the bag is compressed or lacks files.
+    """
     if not (folder / METADATA).exists():
         raise LogError(
             folder,

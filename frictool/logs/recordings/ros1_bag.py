@@ -208,8 +208,9 @@ def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
     if len(raw) < 4:
         raise ValueError("a record is cut in its first bytes")
     (size,) = _U32.unpack(raw)
-    if size > min(left, LONGEST_HEADER):
-        raise ValueError(f"a header declares {size} bytes, but {left} remain")
+    most = min(left, LONGEST_HEADER)
+    if size > most:
+        raise ValueError(f"a header declares {size} bytes; allowed: at most {most}")
     fields = _fields(read(size))
     raw = read(4)
     if len(raw) < 4:

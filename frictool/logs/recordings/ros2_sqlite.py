@@ -149,7 +149,9 @@ class Db3Recording:
                 if not isinstance(row[1], int) or row[1] < 0 or not isinstance(row[2], bytes)
             ]
             if bad:
-                raise sqlite3.DataError(f"row {bad[0][0]} of its table messages is empty")
+                raise sqlite3.DataError(
+                    f"row {bad[0][0]} of its table messages has no valid time or no content"
+                )
             yield (
                 pack_messages([row[1] for row in part], [row[2] for row in part]),
                 min(done, self.size),

@@ -6,7 +6,7 @@
                    number in another notation, or contain no number
 
 A cell that contains no number raises LogError, and so does a row with the wrong number of cells.
-With `--salvage`, the cell becomes NaN, and the row is left out.
+With `--salvage`, such a cell becomes NaN, and such a row is left out.
 """
 
 from __future__ import annotations

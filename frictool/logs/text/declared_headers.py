@@ -72,7 +72,7 @@ def declared_header(rows: Rows, number: Number, is_number: IsNumber) -> Declared
     number: function that returns the number in a cell, or None.
     is_number: function that returns True if a cell is a number or a time.
 
-    Raises HeaderError if the declared header is incomplete.
+    Raises HeaderError if the declared header is incomplete, or if columns have different times.
     """
     for reader in READERS:
         if reader.recognises(rows):
@@ -94,7 +94,7 @@ def labview_dialect(lines: Sequence[str]) -> tuple[str | None, str | None, int]:
     """Return the delimiter, the decimal mark, and the index of the first line of samples.
 
     Delimiter and mark are values of `Layout`; they are None if not declared. The index is 0 if the
-    file is not a LabVIEW measurement.
+    file is not a LabVIEW measurement, or has no second header.
     """
     if not lines or not lines[0].startswith(LABVIEW):
         return None, None, 0

@@ -32,7 +32,7 @@ from frictool.logs.text.header_units import ISO_8601
 from frictool.logs.text.text_encoding import TextEncoding
 from frictool.logs.text.text_header import IsNumber, Rows, first_row, labels, labels_above
 
-LONGEST_LINE = 1_000_000  # characters, maximum length of a line above the numbers
+LONGEST_LINE = 1_000_000  # characters, maximum length of an examined line
 # the usual layout, which is not reported
 PLAIN = "UTF-8, comma between cells, decimal point, header in line 1, numbers from line 2"
 ORDERS = {"day-first": DAY_FIRST, "month-first": MONTH_FIRST}
@@ -104,8 +104,9 @@ def find_layout(
     whole: True if `head` is the complete file.
     layout: keys of the layout that bench.yaml states; they take precedence.
 
-    Raises LogError if the file is empty, has no row of numbers below its header, or has a line
-    longer than LONGEST_LINE.
+    Raises LogError if the file is empty, or has no row of numbers below its header. Raises LogError
+    also if a declared header is incomplete, if the order of the dates is unclear, or if one of the
+    examined lines is longer than LONGEST_LINE.
     """
     lines = _lines(path, head, whole, max(MOST_LINES, layout.first_line or 0))
     declared_delimiter, declared_mark, samples = labview_dialect(lines)
