@@ -213,7 +213,7 @@ class ArrayTable:
 
 
 def check_rows(source: str, size: int, rows: int, columns: int) -> None:
-    """Raise LogError if a file of `size` bytes declares more rows than it can contain."""
+    """Raise LogError if a file of `size` bytes declares more rows than `refusal` allows."""
     if reason := refusal(size, rows, columns):
         raise LogError(source, reason)
 

@@ -89,7 +89,10 @@ class MessageTable(LibraryTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
-        """Yield blocks of rows, one row for each frame (see RawTable.blocks)."""
+        """Yield blocks of rows, one row for each frame (see RawTable.blocks).
+
+        A frame that contains none of the requested signals gives no row.
+        """
         path = Path(self.source)
         frames = (
             frame

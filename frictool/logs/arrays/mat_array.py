@@ -13,7 +13,7 @@ ADVICE = (
     "an object; save its times and values as vectors in MATLAB; a table or timetable is read with "
     "mat-io (pip install 'frictool[matlab]')"
 )
-MOST_COLUMNS = 1000  # maximum number of columns of a matrix; a wider one is an image or damaged
+MOST_COLUMNS = 1000  # longest shorter side of a matrix; a larger one is an image or damaged
 
 
 class MatrixLine(NamedTuple):

@@ -260,6 +260,9 @@ class MdfTable(LibraryTable):
     def _stamps(self, first: int, n: int) -> Nanoseconds:
         seconds, _ = self._samples(str(self.clock), first, n)
         if not np.isfinite(seconds).all() or np.abs(seconds).max() > LATEST:
-            raise ValueError(f"the times of the samples {first + 1} to {first + n} are not finite")
+            raise ValueError(
+                f"the times of the samples {first + 1} to {first + n} are not all finite and below "
+                f"{LATEST:g} s"
+            )
         stamps: Nanoseconds = self.start + np.rint(seconds * 1e9).astype(np.int64)
         return stamps

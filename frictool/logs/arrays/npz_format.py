@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 NPY, ZIP = b"\x93NUMPY", b"PK\x03\x04"
 ALONE = "array"  # name of the array in a .npy file, which stores no name
 MOST_MEMBERS = 20_000
-MOST_COLUMNS = 1000  # maximum number of columns of a matrix
+MOST_COLUMNS = 1000  # longest shorter side of a matrix
 LONGEST_HEAD = 1 << 16  # bytes, maximum size of an array's header
 LONGEST_REASON = 50  # maximum characters of zipfile's error text, which may quote whole members
 HEADS = {

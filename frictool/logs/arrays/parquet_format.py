@@ -44,7 +44,10 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the table of the file; raise LogError if the footer is damaged or missing."""
+    """Return the table of the file.
+
+    Raises LogError if the footer is damaged or missing, or if no column has numbers.
+    """
     with open_log(path) as stream:
         stream.seek(-min(len(MAGIC), path.stat().st_size), 2)
         if stream.read() != MAGIC:

@@ -104,10 +104,11 @@ def _nanoseconds(source: str, stream: Stream) -> Nanoseconds:
                 f"stream {stream.topic}, {name}: sample {sample + 1} is {values[sample]}; "
                 "allowed: finite numbers",
             )
-    if np.abs(stream.time).max() > LATEST:
+    farthest = stream.time[np.argmax(np.abs(stream.time))]
+    if abs(farthest) > LATEST:
         raise LogError(
             source,
-            f"stream {stream.topic}: time {stream.time[-1]:g} s is beyond {LATEST:g} s; check its "
+            f"stream {stream.topic}: time {farthest:g} s is beyond {LATEST:g} s; check its "
             "unit",
         )
     time = np.rint(stream.time * NS).astype(np.int64)

@@ -42,7 +42,7 @@ RECORD_HEAD = 9  # bytes of a record's head: opcode (1), length (8)
 MESSAGE_OPCODE = 0x05
 CDR_HEAD = 0x00000100  # bytes 00 01 00 00: plain CDR, little-endian
 NS = 1_000_000_000
-LATEST = 9_000_000_000.0  # s, latest time whose value in ns fits 63 bits
+LATEST = 9_000_000_000.0  # s, latest time; its value in ns fits 63 bits
 
 # names of fields and topics that ROS 2 accepts
 FIELD_NAME = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")

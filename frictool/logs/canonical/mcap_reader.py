@@ -91,7 +91,7 @@ class CanonicalStream:
     warnings: tuple[str, ...] = ()
 
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
-        """Yield the samples.
+        """Yield the samples; their times are clock times if the log has a clock.
 
         Damaged data raises LogError if `salvage` is False, and is skipped if `salvage` is True.
         `open_mcap` has already recorded this damage.
