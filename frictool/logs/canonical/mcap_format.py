@@ -108,8 +108,7 @@ def _nanoseconds(source: str, stream: Stream) -> Nanoseconds:
     if abs(farthest) > LATEST:
         raise LogError(
             source,
-            f"stream {stream.topic}: time {farthest:g} s is beyond {LATEST:g} s; check its "
-            "unit",
+            f"stream {stream.topic}: time {farthest:g} s is beyond {LATEST:g} s; check its unit",
         )
     time = np.rint(stream.time * NS).astype(np.int64)
     if time.size > 1 and np.diff(time).min() <= 0:
