@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from frictool.plant.lti import inverse_tustin
@@ -93,6 +93,7 @@ def test_no_ringing_pole_where_the_bound_is_the_bilinear_one() -> None:
         )
 
 
+@settings(max_examples=60)
 @given(structure=structures, seed=seeds)
 def test_the_state_space_is_the_formula(structure: StructuredController, seed: int) -> None:
     parameters = _parameters(structure, seed)
