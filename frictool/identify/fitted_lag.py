@@ -105,9 +105,9 @@ def fitted_lag(
 ) -> Interval | None:
     """Return the time constant [s] of a lag of the position, or None.
 
-    The result is None if the bench states the lag, if the delay of `fit` may be shorter than the
-    time between the readings of effort and position in one row of the log, if the fit does not
-    converge, or if a pure delay explains the effort nearly as well as the lag.
+    The result is None if the bench states the lag, if the delay of `fit` or the lag may be shorter
+    than the time between the readings of effort and position in one row of the log, if the fit does
+    not converge, or if a pure delay explains the effort nearly as well as the lag.
     """
     known = any(one.sensor_lag > 0.0 or one.velocity is not None for one in records)
     if known or bench.encoder.time_constant_s is not None or late_position(fit, records) is None:
@@ -128,7 +128,8 @@ def fitted_lag(
         return lag.interval
     if exchanged_inertia(found, lag.time, bench) is None:
         return lag.interval
-    return Interval.around(found["inertia"].value / found["viscous"].value, lag.rest.half_width)
+    own = Interval.around(found["inertia"].value / found["viscous"].value, lag.rest.half_width)
+    return None if may_be_read_apart(own.low, records) else own
 
 
 def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Estimate | None:
@@ -138,11 +139,16 @@ def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Es
     position in one row of the log.
     """
     late = None if fit is None else fit.effects.get(DELAY)
-    if late is None or -late.high <= READ_APART * max(one.period for one in records):
+    if late is None or may_be_read_apart(-late.high, records):
         return None
     return Estimate(
         value=-late.value, low=-late.high, high=-late.low, unit="s", source="identified"
     )
+
+
+def may_be_read_apart(least: float, records: Sequence[MotionRecord]) -> bool:
+    """Return whether the readings of a row may explain a lag of at least `least` [s]."""
+    return least <= READ_APART * max(one.period for one in records)
 
 
 def exchanged_inertia(parameters: Mapping[str, Interval], lag: float, bench: Bench) -> float | None:

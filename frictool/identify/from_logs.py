@@ -22,6 +22,7 @@ from frictool.identify.measurement.bench_measurement import (
     constant_warning,
     measurement,
     motor_measurement,
+    voltage_drop_warning,
 )
 from frictool.identify.measurement.ringing import ringing
 from frictool.identify.measurement.winding import winding_of_records
@@ -128,9 +129,8 @@ def identify(
     motor = {}
     if request.measurement or bench.actuator.drive == "voltage":
         motor = winding_of_records([*records, *slopes, *slow], confidence)
-    doubt = constant_warning(motor, bench)
-    if doubt is not None:
-        result = replace(result, warnings=(*result.warnings, doubt))
+    doubts = [constant_warning(motor, bench), voltage_drop_warning(motor, bench)]
+    result = replace(result, warnings=(*result.warnings, *filter(None, doubts)))
     if motor and not request.measurement:
         model = msgspec.structs.replace(model, measurement=motor_measurement(motor, bench))
     model = msgspec.structs.replace(

@@ -22,7 +22,7 @@ from frictool.identify.breakaway.onset import (
     search_span,
     travel,
 )
-from frictool.identify.breakaway.onset_detection import _onset
+from frictool.identify.breakaway.onset_detection import _line, _onset
 from frictool.identify.motion_record import make_record
 from frictool.typing import Vector
 
@@ -253,3 +253,10 @@ def test_only_counts_before_the_drive_leaves_the_ramp_are_used(reaction: int, us
     assert onset is not None
     assert onset.seen.size == used
     assert onset.rate == pytest.approx(1.0)
+
+
+def test_the_tail_of_a_lag_is_no_ramp() -> None:
+    """A current with a short lag decays until the squares of its changes underflow."""
+    effort = 0.03 * math.exp(-25.0) ** np.arange(55.0)
+    record = make_record("log", 0.01 * np.arange(55.0), np.zeros(55), effort, STEP, 0.0)
+    assert _line(record, 0, 54) is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -12,6 +13,8 @@ from scipy.signal import lfilter
 from frictool.documents.bench import Bench, Encoder
 from frictool.documents.missing_effects import missing_sensor_lag
 from frictool.errors import NoSolutionError
+from frictool.identify import fitted_lag
+from frictool.identify.fit_result import Interval
 from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.motion_record import make_record, sensed
 from frictool.logs import log_of
@@ -72,6 +75,24 @@ def test_the_inertia_does_not_contain_lag_times_viscous_friction(stated: float |
     if stated is None:
         assert -model.result.fit.effects["delay"].value == pytest.approx(LAG, rel=0.1)
         assert len(told[0]) <= 190
+
+
+@pytest.mark.parametrize(("inertia", "lag"), [(-0.012, None), (VISCOUS * LAG, LAG)])
+def test_a_lag_exchanged_with_the_inertia_exceeds_the_rounding_of_a_row(
+    monkeypatch: pytest.MonkeyPatch, inertia: float, lag: float | None
+) -> None:
+    """The fitted lag of 0.25 s is the axis's own; the inertia left is the sensor's lag, or noise.
+    A filter with a negative lag is unstable."""
+    around = Interval.around
+    left = {"inertia": around(inertia, 0.015), "viscous": around(VISCOUS, 0.1)}
+    regression = SimpleNamespace(intervals=lambda: left)
+    own = fitted_lag.LateFit(regression, INERTIA / VISCOUS, around(0.0, 1e-3), 1.0)
+    monkeypatch.setattr(fitted_lag, "effect_regression", lambda *_: regression)
+    monkeypatch.setattr(fitted_lag, "late_fit", lambda *args: own if args[-1] is sensed else None)
+    record = make_record("log", np.arange(9) * PERIOD, np.zeros(9), np.zeros(9), 1e-6, 0.0)
+    fit = SimpleNamespace(effects={"delay": around(-INERTIA / VISCOUS, 1e-3)})
+    found = fitted_lag.fitted_lag(fit, [record], bench(None), 0.95)
+    assert (None if found is None else found.value) == lag
 
 
 def test_no_lag_is_claimed_without_a_lag() -> None:

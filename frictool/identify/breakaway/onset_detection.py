@@ -53,6 +53,7 @@ FEWEST_SAMPLES = 12  # least number of samples of the line at the end of a ramp
 # a ramp is curved if a cubic and a line differ at its end by more than SIGNIFICANT standard
 # deviations, and by more than CURVED times the rise of the effort during the rest
 SIGNIFICANT, CURVED = 4.0, 2e-3
+LEAST_CHANGE = float(np.finfo(np.float64).tiny) ** 0.5  # N m | N; squares of less underflow
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its rise during the rest
 # the ramp has ended if the effort is below the line by more than this many standard deviations
 LEFT_THE_RAMP = 5.0
@@ -375,7 +376,8 @@ def _line(record: MotionRecord, start: int, end: int) -> _Line | None:
         return None
     time = record.time[first:end] - record.time[end]
     effort = record.effort[first:end]
-    if float(np.ptp(effort)) == 0.0 or np.corrcoef(time, effort)[0, 1] ** 2 < STRAIGHT:
+    constant = float(np.ptp(effort)) <= LEAST_CHANGE
+    if constant or np.corrcoef(time, effort)[0, 1] ** 2 < STRAIGHT:
         return None
     rate, level = np.polyfit(time, effort, 1)
     direction = float(np.sign(rate))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from frictool.documents.bench import Bench
 from frictool.documents.measurement import Measurement
-from frictool.documents.quantity import Estimate
+from frictool.documents.quantity import Estimate, si_unit
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.measurement.loop_lag import loop_lag
 from frictool.identify.measurement.reversals import reversals
@@ -14,6 +14,7 @@ from frictool.identify.measurement.winding import (
     BACK_EMF,
     INDUCTANCE,
     RESISTANCE,
+    VOLTAGE_DROP,
 )
 from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
@@ -79,7 +80,7 @@ def _estimates(
     return {
         name: one.estimate(DIMENSIONS[name], bench.axis)
         for name, one in measured.items()
-        if isinstance(one, Interval)
+        if isinstance(one, Interval) and name in DIMENSIONS
     }
 
 
@@ -123,6 +124,22 @@ def constant_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench)
         f"actuator.constant [{low:.4g}, {high:.4g}] {constant.unit} contradicts the log's {name} "
         f"[{measured.low:.4g}, {measured.high:.4g}] of a DC motor; correct the constant: all "
         "efforts scale with it"
+    )
+
+
+def voltage_drop_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench) -> str | None:
+    """Return a warning if the friction of a voltage drive includes a voltage drop, else None.
+
+    `motor` is a result of `winding`.
+    """
+    drop = motor.get(VOLTAGE_DROP)
+    if not isinstance(drop, Interval) or bench.actuator.drive != "voltage":
+        return None
+    effort = drop.value * bench.actuator.constant.value
+    return (
+        f"coulomb and breakaway include {effort:.3g} {si_unit('effort', bench.axis)}: driver and "
+        f"brushes take {drop.value:.3g} V [{drop.low:.3g}, {drop.high:.3g}] of the logged voltage; "
+        "to exclude it, subtract this drop"
     )
 
 

@@ -2,6 +2,10 @@
 
     voltage(t - delay) = resistance (i - offset) + constant v + inductance i'
 
+A driver of bipolar transistors and the brushes of the motor take a voltage that does not grow with
+the current. The voltage above is then sign(u) max(|u| - drop, 0) of the logged voltage u. The drop
+is fitted if its interval is above zero. Without it, the resistance would be too large.
+
 Let R be the resistance, K the constant, L the inductance, T the sample period and e = exp(-R T/L).
 The voltage of a row is constant until the next row. The currents i at two successive samples
 satisfy
@@ -28,7 +32,8 @@ slope: central, forward and backward.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -43,6 +48,8 @@ from frictool.typing import Matrix, Vector
 
 RESISTANCE, BACK_EMF, INDUCTANCE = "resistance", "back_emf_constant", "inductance"
 COLUMNS = (RESISTANCE, BACK_EMF, INDUCTANCE)
+VOLTAGE_DROP = "voltage_drop"
+NAMES = {**dict(enumerate(COLUMNS)), 5: VOLTAGE_DROP}  # by column of the derivatives
 PARTS = 30  # number of parts of the logs, each left out in turn
 OVERLAP = 6  # windows per window length
 LONGEST = 200_000  # largest number of samples of a log that are used
@@ -120,7 +127,8 @@ def _winding_of(
 def winding(logs: Sequence[WindingLog], confidence: float) -> dict[str, Interval | UnusableLogs]:
     """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H].
 
-    A value that is not determined is replaced by an UnusableLogs with the reason.
+    A value that is not determined is replaced by an UnusableLogs with the reason. If the logs show
+    a voltage drop [V], the result contains its interval, too.
     """
     try:
         fits = _fits(logs, confidence)
@@ -135,7 +143,16 @@ def winding(logs: Sequence[WindingLog], confidence: float) -> dict[str, Interval
         and inductance.low < shortest * resistance.high
     ):
         out[INDUCTANCE] = _judged([None])
-    return out
+    drop = _judged([one.get(VOLTAGE_DROP) for one in fits])
+    return {**out, VOLTAGE_DROP: drop} if isinstance(drop, Interval) else out
+
+
+class _NonlinearParameters(NamedTuple):
+    """Electrical time constant [s], delay of the voltage [s] and voltage drop [V]."""
+
+    lag: float
+    delay: float
+    drop: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -153,17 +170,15 @@ class _Piece:
         every = max(1, self.log.window // OVERLAP)
         return np.asarray(np.convolve(inner, bell(self.log.window), mode="valid")[::every])
 
-    def voltage_response(self, lag: float, delay: float) -> Vector:
-        """Return the current (n,) that the voltage causes, times the resistance.
-
-        - lag: electrical time constant, s
-        - delay: delay of the voltage, s
-        """
+    def voltage_response(self, nonlinear: _NonlinearParameters) -> Vector:
+        """Return the current (n,) that the voltage causes, times the resistance."""
+        lag, delay, drop = nonlinear
+        voltage = np.sign(self.voltage) * np.maximum(np.abs(self.voltage) - drop, 0.0)
         period = self.log.period
         whole = int(np.floor(delay / period))
         share = delay / period - whole
         ahead = np.arange(self.speed.size) - whole
-        new, old = (self.voltage[np.clip(ahead - k, 0, self.voltage.size - 1)] for k in (0, 1))
+        new, old = (voltage[np.clip(ahead - k, 0, voltage.size - 1)] for k in (0, 1))
         decay = np.exp(-period / lag)
         before = (np.exp(-(1.0 - share) * period / lag) - decay) / (1.0 - decay)
         return _lagged(new + before * (old - new), decay)
@@ -210,29 +225,37 @@ class _CurrentModel:
 
     - slope: weights of the slope of the speed, such as CENTRAL
     - moving: False for a blocked motor, which has no back-EMF
+    - drops: True if a voltage drop is fitted
     """
 
     pieces: Sequence[_Piece]
     slope: tuple[float, float]
     moving: bool
+    drops: bool = False
 
     @property
     def period(self) -> float:
         """Return the sample period [s]."""
         return self.pieces[0].log.period
 
-    def voltages(self, lag: float, delay: float) -> Vector:
+    @property
+    def largest(self) -> float:
+        """Return the largest magnitude of the voltage [V]."""
+        return max(float(np.max(np.abs(piece.voltage))) for piece in self.pieces)
+
+    def voltages(self, nonlinear: _NonlinearParameters) -> Vector:
         """Return the averaged current (m,) that the voltages cause, times the resistance."""
-        return _joined(self.pieces, [p.voltage_response(lag, delay) for p in self.pieces])
+        return _joined(self.pieces, [p.voltage_response(nonlinear) for p in self.pieces])
 
     def speeds(self, lag: float) -> Vector:
         """Return the averaged and lagged speed (m,)."""
         return _joined(self.pieces, [p.speed_response(lag, self.slope) for p in self.pieces])
 
-    def linear(self, lag: float, delay: float) -> tuple[Vector, Vector]:
+    def linear(self, nonlinear: _NonlinearParameters) -> tuple[Vector, Vector]:
         """Fit 1/R, -K/R and the offset of the current; return these (3,) and the residual (m,)."""
+        lag = nonlinear.lag
         speeds = self.speeds(lag) if self.moving else np.zeros(1)
-        voltages = self.voltages(lag, delay)
+        voltages = self.voltages(nonlinear)
         columns = np.column_stack(
             (voltages, np.broadcast_to(speeds, voltages.shape), np.ones(voltages.size))
         )
@@ -241,37 +264,51 @@ class _CurrentModel:
         value = np.asarray(np.linalg.lstsq(columns, target, rcond=None)[0], dtype=np.float64)
         return value, target - columns @ value
 
-    def best(self, start: tuple[float, float] | None) -> tuple[float, float]:
-        """Return the time constant [s] and the delay [s] with the least squared residual."""
-        period = self.period
+    def best(self, start: _NonlinearParameters | None) -> _NonlinearParameters:
+        """Return the time constant, delay and drop with the least squared residual."""
+        period, largest = self.period, self.largest
+
+        def nonlinear(z: Vector) -> _NonlinearParameters:
+            drop = float(z[2]) * largest if self.drops else 0.0
+            return _NonlinearParameters(float(np.exp(z[0])) * period, float(z[1]) * period, drop)
 
         def left(z: Vector) -> Vector:
-            return self.linear(float(np.exp(z[0])) * period, float(z[1]) * period)[1]
+            return self.linear(nonlinear(z))[1]
 
         if start is None:
             lags = np.linspace(np.log(FASTEST), np.log(SLOWEST), GRID[0] + 2)[1:-1]
             delays = np.linspace(EARLIEST, LATEST, GRID[1])
-            tried = [np.array([lag, delay]) for lag in lags for delay in delays]
+            tried = [np.array([lag, delay, 0.0]) for lag in lags for delay in delays]
             first = min(tried, key=lambda z: float(np.sum(left(z) ** 2)))
         else:
-            first = np.array([np.log(start[0] / period), start[1] / period])
-        bounds = (np.log(FASTEST), EARLIEST), (np.log(SLOWEST), LATEST)
-        first = np.clip(first, np.add(bounds[0], STEP), np.subtract(bounds[1], STEP))
-        z = scipy.optimize.least_squares(left, first, bounds=bounds, diff_step=STEP).x
-        return float(np.exp(z[0])) * period, float(z[1]) * period
+            first = np.array(
+                [np.log(start.lag / period), start.delay / period, start.drop / max(largest, STEP)]
+            )
+        used = 3 if self.drops else 2
+        low = np.array([np.log(FASTEST), EARLIEST, 0.0])[:used]
+        high = np.array([np.log(SLOWEST), LATEST, 1.0])[:used]
+        first = np.clip(first[:used], low + STEP, high - STEP)
+        z = scipy.optimize.least_squares(left, first, bounds=(low, high), diff_step=STEP).x
+        return nonlinear(z)
 
-    def derivatives(self, value: Vector, lag: float, delay: float) -> Matrix:
-        """Return the derivatives (m, 5) of the current with respect to R, K, L, delay, offset."""
+    def derivatives(self, value: Vector, nonlinear: _NonlinearParameters) -> Matrix:
+        """Return the derivatives (m, 6) of the current by R, K, L, delay, offset and drop."""
+        lag, delay, drop = nonlinear
         resistance = 1.0 / value[0]
         constant = -value[1] * resistance
         speeds = self.speeds(lag)
-        net = self.voltages(lag, delay) - constant * speeds
+        net = self.voltages(nonlinear) - constant * speeds
         higher, lower = lag * (1.0 + STEP), lag * (1.0 - STEP)
-        by_lag = self.voltages(higher, delay) - self.voltages(lower, delay)
+        by_lag = self.voltages(_NonlinearParameters(higher, delay, drop))
+        by_lag -= self.voltages(_NonlinearParameters(lower, delay, drop))
         by_lag -= constant * (self.speeds(higher) - self.speeds(lower))
         by_lag *= value[0] / (higher - lower)
         step = STEP * self.period
-        by_delay = self.voltages(lag, delay + step) - self.voltages(lag, delay - step)
+        by_delay = self.voltages(_NonlinearParameters(lag, delay + step, drop))
+        by_delay -= self.voltages(_NonlinearParameters(lag, delay - step, drop))
+        volts = STEP * self.largest
+        by_drop = self.voltages(_NonlinearParameters(lag, delay, drop + volts))
+        by_drop -= self.voltages(_NonlinearParameters(lag, delay, drop - volts))
         return np.column_stack(
             (
                 -net * value[0] ** 2 - by_lag * lag * value[0],
@@ -279,6 +316,7 @@ class _CurrentModel:
                 by_lag * value[0],
                 by_delay * value[0] / (2.0 * step),
                 np.ones(net.size),
+                by_drop * value[0] / (2.0 * volts) if volts > 0.0 else np.zeros(net.size),
             )
         )
 
@@ -299,21 +337,36 @@ def _fits(logs: Sequence[WindingLog], confidence: float) -> list[dict[str, Inter
             f"{min(log.window for log in logs) + 2 * OVERLAP + int(LATEST)} samples"
         )
     moving = any(np.any(piece.speed) for piece in pieces)
-    out = []
-    start = None
-    for slope in (CENTRAL, FORWARD, BACKWARD) if moving else (CENTRAL,):
-        model = _CurrentModel(pieces, slope, moving)
-        start = model.best(start)
-        out.append(_intervals(model, *start, confidence))
+    model = _CurrentModel(pieces, CENTRAL, moving)
+    nonlinear = model.best(None)
+    dropping = replace(model, drops=True)
+    with_drop = dropping.best(nonlinear)
+    if _has_drop(dropping, with_drop, confidence):
+        model, nonlinear = dropping, with_drop
+    out = [_intervals(model, nonlinear, confidence)]
+    for slope in (FORWARD, BACKWARD) if moving else ():
+        other = replace(model, slope=slope)
+        nonlinear = other.best(nonlinear)
+        out.append(_intervals(other, nonlinear, confidence))
     return out
 
 
+def _has_drop(model: _CurrentModel, nonlinear: _NonlinearParameters, confidence: float) -> bool:
+    """Return whether the interval of the fitted voltage drop is above zero."""
+    try:
+        found = _intervals(model, nonlinear, confidence).get(VOLTAGE_DROP)
+    except UnusableLogs:
+        return False
+    return found is not None and found.low > 0.0
+
+
 def _intervals(
-    model: _CurrentModel, lag: float, delay: float, confidence: float
+    model: _CurrentModel, nonlinear: _NonlinearParameters, confidence: float
 ) -> dict[str, Interval]:
-    """Return the intervals of the parameters that the logs determine at time constant and delay."""
-    value, left = model.linear(lag, delay)
-    size = value[0] * float(np.std(model.voltages(lag, delay)))
+    """Return the intervals of the parameters that the logs determine at `nonlinear`."""
+    lag, delay, drop = nonlinear
+    value, left = model.linear(nonlinear)
+    size = value[0] * float(np.std(model.voltages(nonlinear)))
     error = float(np.std(left)) / size if size > 0.0 else np.inf
     if not error <= LARGEST_ERROR:
         raise UnusableLogs(
@@ -321,12 +374,15 @@ def _intervals(
             f"unexplained (allowed: at most {100 * LARGEST_ERROR:g} %); check the signs of "
             "voltage, current and position"
         )
-    derivatives = model.derivatives(value, lag, delay)
-    estimate = np.array([1.0, -value[1], lag, delay, value[0] * value[2]]) / value[0]
-    estimate[3] = delay
+    derivatives = model.derivatives(value, nonlinear)
+    resistance = 1.0 / value[0]
+    estimate = np.array(
+        [resistance, -value[1] * resistance, lag * resistance, delay, value[2], drop]
+    )
     named = [0, 1, 2] if model.moving else [0, 2]
+    others = [4, 5] if model.drops else [4]
     cluster = np.arange(left.size) * PARTS // left.size
-    for used in ([*named, 3, 4], [k for k in named if k != 2] + [4]):
+    for used in ([*named, 3, *others], [k for k in named if k != 2] + others):
         columns = derivatives[:, used]
         try:
             target = left + columns @ estimate[used]
@@ -336,9 +392,9 @@ def _intervals(
             continue
         half += np.abs(_bias(model, estimate, columns, used, lag))
         return {
-            COLUMNS[k]: Interval.around(float(estimate[k]), float(reach))
+            NAMES[k]: Interval.around(float(estimate[k]), float(reach))
             for k, reach in zip(used, half, strict=True)
-            if k < len(COLUMNS)
+            if k in NAMES
         }
     raise UnusableLogs(f"the logs do not separate the terms of the winding: {reason}")
 
@@ -348,7 +404,7 @@ def _bias(
 ) -> Vector:
     """Return the bias (p,) of the parameters `used` due to the noise of the position."""
     resistance, constant = float(estimate[0]), float(estimate[1])
-    shared = np.zeros(5)
+    shared = np.zeros(6)
     for piece in model.pieces:
         log = piece.log
         impulse = np.zeros(3 * log.window + int(10.0 * lag / log.period))
