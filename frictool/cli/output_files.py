@@ -23,7 +23,7 @@ STDOUT = Path("-")
 def command_line(name: str, arguments: dict[str, Any]) -> str:
     """Return the text of a command for the provenance, with options in the order of `arguments`.
 
-    Only the base names of input files are included; output files are left out.
+    Paths are shortened to base names. Arguments that are None or False are left out.
     """
     words = ["frictool", name]
     for key, value in arguments.items():

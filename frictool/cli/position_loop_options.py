@@ -44,12 +44,16 @@ class ServoGains(NamedTuple):
 
     @property
     def closed(self) -> bool:
-        """Return True if position and speed gain are set; raise UsageError if only one is set."""
+        """Return True if position and speed gain are set, False if no gain is set.
+
+        Raises UsageError for any other combination of gains.
+        """
         if (self.position is None) != (self.speed is None) or (
             self.integral is not None and self.speed is None
         ):
             raise click.UsageError(
-                "--position-gain and --speed-gain belong together; give both, or none."
+                "--position-gain and --speed-gain belong together; give both, or none. "
+                "--integral-gain needs both."
             )
         return self.speed is not None
 

@@ -13,8 +13,8 @@ from frictool.documents.quantity_notation import written_quantity
 def positive_si(option: str, text: str, dimension: str, axis: Axis) -> float:
     """Return the quantity `text` as a number in SI.
 
-    Raises click.UsageError, with the name of the option, if the number is not above 0 or if the
-    unit does not have the dimension `dimension`.
+    Raises click.UsageError, with the name of the option, if `text` is not a number above 0, or if
+    its unit does not have the dimension `dimension`.
     """
     unit = si_unit(dimension, axis)
     written = written_quantity(text)

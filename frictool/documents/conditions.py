@@ -162,7 +162,8 @@ class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
       NaN, as after a lost telegram. `drive_offset`, `drive_gain`: the drive's sensor shows (1 +
       gain_error) drive + offset. A current drive feeds this value back, so that the true current
       changes. In a voltage drive, only the logged value is wrong.
-    - `until_s`: End of the fault. The default is the end of the scenario.
+    - `until_s`: End of the fault; required with kind `encoder_stuck`, not allowed with
+      `lost_counts`. The default is the end of the scenario.
     - `counts`: Number of lost counts; negative if the reading is too high.
     - `offset`: Offset of the drive's sensor.
     - `gain_error`: Gain error of the drive's sensor.

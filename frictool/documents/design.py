@@ -213,7 +213,7 @@ class Design(
     def speed_input(self) -> bool:
         """Return True if the linear controller's input is the speed error.
 
-        Otherwise, the input is eta: the integral of the speed reference minus the position.
+        Otherwise, the input is eta, a position error.
         """
         return METHODS[self.method].provided_gains and self.structure == "speed_cascade"
 

@@ -308,7 +308,8 @@ class Spring(
 ):
     """Spring between two blocks with coordinates q_a and q_b; for the end `ground`, q_b is 0.
 
-    - `stiffness`: Stiffness of the spring. Write this key or `force`.
+    - `stiffness`: Stiffness of the spring. Write this key or `force`, or only `damping` for a
+      damper.
     - `force`: Effort as a function of q_a - q_b; a positive effort pulls q_a to lower values.
     - `damping`: Viscous damping. The default is 0.
     - `free`: q_a - q_b at which the spring is relaxed. The default is q_a - q_b at the start.

@@ -11,8 +11,8 @@ LONGEST_LIST = 120  # maximum number of characters of a list of names in a messa
 def listed(names: Collection[str], longest: int = LONGEST_LIST, separator: str = ", ") -> str:
     """Return names as text; an empty name is shown in quotes.
 
-    Names are shown as long as the text has at most `longest` characters, but at least one name is
-    shown. The number of names that are left out is appended.
+    At most MOST_NAMES_SHOWN names are shown, and only as many as fit into about `longest`
+    characters, but at least one. The number of names that are left out is appended.
     """
     shown: list[str] = []
     for name in names:

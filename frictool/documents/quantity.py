@@ -144,12 +144,13 @@ class Estimate(Quantity, frozen=True, forbid_unknown_fields=True, omit_defaults=
     """Parameter with its source: identified from a log, taken from the bench, or assumed.
 
     - `value`: Number in `unit`.
-    - `low`, `high`: Ends of the confidence interval.
+    - `low`, `high`: Ends of the interval; if `source` is `identified`, a confidence interval.
     - `unit`: Unit of `value`, `low` and `high`. A document may use any multiple of the SI unit.
     - `source`: `identified`: the logs determine the value. `log and bench`: the interval from the
       logs is too wide to be used alone; `low` and `high` are the ends of its intersection with the
       range in bench.yaml. `bench`: the logs do not narrow the range in bench.yaml, and the bench's
-      value is used. `assumed`: neither logs nor bench contain a value, and a default is used.
+      value and range are used. `assumed`: neither logs nor bench contain a value, and a default is
+      used.
     """
 
     source: Literal["identified", "log and bench", "bench", "assumed"]
