@@ -84,6 +84,7 @@ def clutches(seed: int = 4) -> list[AxisParameters]:
     ]  # fmt: skip
 
 
+@pytest.mark.accept  # compiles a kernel of its own for 9 s
 def test_replayed_axes(threads: int) -> None:
     axes = clutches()
     commands = np.random.default_rng(5).uniform(-30.0, 30.0, (PLANTS, 100))
