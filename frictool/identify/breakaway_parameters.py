@@ -8,6 +8,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 
+from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.documents.load_terms import Term
 from frictool.documents.quantity import si_unit
@@ -329,8 +330,11 @@ def _hidden_inertia(logs: AxisLogs, fit: SlidingFit) -> str:
     )
 
 
-def without_impossible_breakaway(outcome: Outcome) -> Outcome:
-    """Return the outcome in which a constant breakaway below Coulomb friction is refused."""
+def without_impossible_breakaway(outcome: Outcome, bench: Bench) -> Outcome:
+    """Return the outcome in which a constant breakaway below Coulomb friction is refused.
+
+    Inside an unstated backlash, the ramps move the motor without the load.
+    """
     identified, ramp = outcome.identified, outcome.ramp
     if (
         ramp is None
@@ -339,4 +343,8 @@ def without_impossible_breakaway(outcome: Outcome) -> Outcome:
     ):
         return outcome
     impossible = below_coulomb(identified["breakaway"], identified["coulomb"])
-    return outcome.merge(Outcome(refused={} if impossible is None else {"breakaway": impossible}))
+    if impossible is None:
+        return outcome
+    if bench.mechanics.backlash is None:
+        impossible += "; if the axis has backlash, state mechanics.backlash"
+    return outcome.merge(Outcome(refused={"breakaway": impossible}))

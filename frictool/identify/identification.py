@@ -197,7 +197,7 @@ def identify_records(
         if other.force_error < WORTH * estimate.force_error:
             estimate = other
     logs, free, outcome, wider = estimate
-    outcome = without_impossible_breakaway(outcome)
+    outcome = without_impossible_breakaway(outcome, bench)
     if logs.kink is not None:
         outcome = outcome.merge(Outcome(refused={"load": logs.kink.shown(bench)}))
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.identify import outcome
+from frictool.identify.breakaway_parameters import without_impossible_breakaway
 from frictool.identify.estimators import stribeck_curve
 from frictool.identify.fit_result import Interval
 from frictool.identify.interval_checks import (
@@ -128,6 +130,16 @@ def test_the_rule() -> None:
     assert "allowed: at least friction in slip" in str(
         below_coulomb(Interval(1.0, 0.9, 1.1), Interval(1.2, 1.15, 1.3))
     )
+
+
+@pytest.mark.parametrize("width", [None, Quantity(2.0, unit="rad")])
+def test_ramps_inside_an_unstated_backlash_name_the_key(width: Quantity | None) -> None:
+    bench = SimpleNamespace(mechanics=SimpleNamespace(backlash=width))
+    found = {"breakaway": Interval(1.0, 0.9, 1.1), "coulomb": Interval(1.2, 1.15, 1.3)}
+    made = outcome.Outcome(found, ramp=SimpleNamespace(by_position=None))
+    reason = without_impossible_breakaway(made, bench).refused["breakaway"]
+    assert ("state mechanics.backlash" in reason) == (width is None)
+    assert len(f"not identified: breakaway: {reason}") <= 190
 
 
 @pytest.mark.parametrize(
