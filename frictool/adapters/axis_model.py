@@ -21,6 +21,10 @@ from frictool.plant.axis_friction_laws import (
     ViscousRegime,
 )
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
+from frictool.typing import Vector
+
+# position [rad | m] that stands for end stops if the axis has none
+NEVER = 1e30
 
 
 def axis_of(model: Model, **overrides: float) -> AxisParameters:
@@ -67,6 +71,12 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     axis = AxisParameters(**values, laws=laws)
     axis.as_array()  # also checks the laws
     return axis.checked()
+
+
+def extended_axis(model: Model) -> Vector:
+    """Return the model's axis without end stops, with all values of `AxisLaws`, for kernels."""
+    axis = axis_of(model)
+    return axis._replace(laws=axis.laws._replace(stops=(-NEVER, NEVER))).as_array()
 
 
 def _dry(model: Model, overrides: dict[str, float]) -> float:

@@ -11,7 +11,7 @@ from typing import TypeVar
 import msgspec
 import numpy as np
 
-from frictool.adapters.axis_model import axis_of, load_of
+from frictool.adapters.axis_model import axis_of, extended_axis, load_of
 from frictool.adapters.temperature_factors import temperature_factors
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
@@ -23,12 +23,11 @@ from frictool.observe.kernels.friction_interval import (
     friction_along,
 )
 from frictool.observe.motion_block import MotionBlock
-from frictool.observe.wear_estimate import EstimateRange, WearEstimate
+from frictool.observe.wear_estimate import EstimateRange, UnmodelledFall, WearEstimate
+from frictool.plant.axis_friction_laws import STRIBECK_EXPONENT
 from frictool.typing import Matrix, Vector
 
 S = TypeVar("S", bound=msgspec.Struct)
-# position [rad | m] that stands for end stops if the axis has none
-NEVER = 1e30
 NONE = EstimateRange(0.0, 0.0, 0.0)
 # relative standard deviation of the friction at one position around a model's friction
 ROUGH = 0.01
@@ -46,7 +45,10 @@ class FrictionTracker:
 
     def __init__(self, model: Model, confidence: float = 0.95) -> None:
         self._axes = np.stack(
-            [_extended(one) for one in (model, _with_viscous(model, 0), _with_viscous(model, 1))]
+            [
+                extended_axis(one)
+                for one in (model, _with_viscous(model, 0), _with_viscous(model, 1))
+            ]
         )
         self._load = load_of(model).as_array()
         mechanics = model.bench.mechanics
@@ -81,6 +83,7 @@ class FrictionTracker:
         for (low, estimate), high in zip(known, ends, strict=True):
             factors, zones = _worn(estimate, self._quantile * ROUGH)
             part = slice(low, high)
+            falls = self._falls(estimate.fall, velocity[0, part])
             friction_along(
                 self._axes,
                 self._load,
@@ -88,6 +91,7 @@ class FrictionTracker:
                 self._swing,
                 factors,
                 zones,
+                falls,
                 self._quantile,
                 piece.position[part],
                 velocity[:, part],
@@ -96,6 +100,17 @@ class FrictionTracker:
                 self._state,
                 out[:, part],
             )
+        return out
+
+    def _falls(self, fall: UnmodelledFall | None, velocity: Vector) -> Matrix:
+        """Return the unmodelled fall at each velocity, and its half width, (n, 2) [N m | N]."""
+        out = np.zeros((velocity.size, 2))
+        if fall is not None:
+            exponent = self._axes[0, STRIBECK_EXPONENT]
+            parts = np.exp(-((np.abs(velocity)[:, None] / np.array(fall.speeds)) ** exponent))
+            variances = np.einsum("ni,ij,nj->n", parts, np.array(fall.covariance), parts)
+            out[:, 0] = parts @ np.array(fall.values)
+            out[:, 1] = self._quantile * np.sqrt(np.maximum(variances, 0.0))
         return out
 
 
@@ -141,11 +156,6 @@ def _ends_of(wear: EstimateRange, rough: float) -> list[float]:
     low = math.hypot(wear.value - wear.low, deviation)
     high = math.hypot(min(wear.high, UNBOUNDED) - wear.value, deviation)
     return [max(0.0, one) for one in (wear.value, wear.value - low, wear.value + high)]
-
-
-def _extended(model: Model) -> Vector:
-    axis = axis_of(model)
-    return axis._replace(laws=axis.laws._replace(stops=(-NEVER, NEVER))).as_array()
 
 
 def _with_viscous(model: Model, end: int) -> Model:

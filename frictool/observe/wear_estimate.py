@@ -55,6 +55,20 @@ class WearZone:
 
 
 @dataclass(frozen=True)
+class UnmodelledFall:
+    """Friction that falls with speed and is not in the model: sum of parts exp(-(v/w)^n).
+
+    - speeds: speed scale w of each part, (m,), rad/s | m/s
+    - values: size of each part at speed 0, (m,), N m | N
+    - covariance: covariance of the sizes, (m, m), (N m)^2 | N^2
+    """
+
+    speeds: tuple[float, ...]
+    values: tuple[float, ...]
+    covariance: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
 class WearEstimate:
     """Estimate of the wear after the moves that have ended so far.
 
@@ -75,6 +89,7 @@ class WearEstimate:
     - others: other parameters (inertia, ...) divided by the model's values
     - undetermined: names in `others` that the moves determine no better than the prior
     - warnings: lines of text
+    - fall: friction that falls with speed and is not in the model; None before the first move
     """
 
     time: float
@@ -89,6 +104,7 @@ class WearEstimate:
     others: dict[str, EstimateRange] = field(default_factory=dict)
     undetermined: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    fall: UnmodelledFall | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the estimate as a JSON object."""

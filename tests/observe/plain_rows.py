@@ -65,6 +65,8 @@ def row(
         friction = max(
             0.0, np.polynomial.Polynomial(layout.dry[int(side > 0)])(np.clip(x, *layout.mapped))
         )
+        for place, width in enumerate(layout.falls):
+            total[f"fall_{place}"] += weight * side * dry * np.exp(-((speed / width) ** 2))
         total["inertia"] += layout.second[j] * (position[k] - position[last])
         total["viscous"] += weight * thin * velocity
         total["asymmetry"] += weight * side * thin * velocity
@@ -72,6 +74,7 @@ def row(
             total[f"bend_{place}"] += weight * side * thin * max(speed - knee, 0.0)
         total[f"dry_{name}_{zone}"] += weight * side * dry * friction
         total[f"level_{name}"] += weight * side
+        total["delay"] += weight * (effort[k + 1] - effort[k - 1]) / (2.0 * period)
         acting = float(layout.effort @ effort[k - 1 : k + 2])
         total["effort"] += weight * (acting - load(x, layout) - layout.offset)
     return np.array(list(total.values()))

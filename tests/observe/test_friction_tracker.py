@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from statistics import NormalDist
+
 import msgspec
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from frictool.documents.model import Model
 from frictool.observe.friction_tracker import FrictionTracker, estimate_starts
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.wear_estimator import WearEstimator
+from frictool.observe.wear_estimate import UnmodelledFall
 from frictool.typing import Matrix
 from studies.rigs.clutch_fleet import clutch
 
@@ -29,15 +33,15 @@ def with_viscous(low: float, high: float) -> Model:
     return msgspec.structs.replace(model, parameters=msgspec.structs.replace(p, viscous=viscous))
 
 
-def friction_in_slip(model: Model) -> Matrix:
+def friction_in_slip(model: Model, fall: UnmodelledFall | None = None) -> Matrix:
     """Return value, low, high (3,) of the friction after a second at a constant speed, N m."""
     time = np.arange(1000) * PERIOD
     p = model.parameters
     effort = np.full(time.size, p.coulomb.value + SPEED * p.viscous.value)
     piece = MotionBlock(time, SPEED * time, effort, follows=False)
     velocity = np.full((3, time.size), SPEED)
-    wear = WearEstimator(model)
-    known = estimate_starts(piece, wear.estimate, [])
+    wear = replace(WearEstimator(model).estimate, fall=fall)
+    known = estimate_starts(piece, wear, [])
     return FrictionTracker(model).take(piece, velocity, known)[:, -1]
 
 
@@ -50,6 +54,25 @@ def test_each_end_of_the_viscous_friction_moves_its_end_of_the_interval() -> Non
     value, low, high = exact
     assert slower == pytest.approx([value, value - np.hypot(value - low, half), high], rel=1e-6)
     assert faster == pytest.approx([value, low, value + np.hypot(high - value, half)], rel=1e-6)
+
+
+def test_a_fall_that_the_model_lacks_is_part_of_the_friction() -> None:
+    """Of two parts, one has fallen to 1/e at SPEED, the other has vanished."""
+    unit = clutch().parameters.coulomb.value
+    fall = UnmodelledFall(
+        (SPEED, 0.1 * SPEED), (0.3 * unit, 0.2 * unit), ((unit**2, 0.0), (0.0, unit**2))
+    )
+    value, low, high = friction_in_slip(clutch())
+    half = NormalDist().inv_cdf(0.975) * unit * np.exp(-1.0)
+    added = value + 0.3 * unit * np.exp(-1.0)
+    assert friction_in_slip(clutch(), fall) == pytest.approx(
+        [
+            added,
+            max(0.0, added - np.hypot(value - low, half)),
+            added + np.hypot(high - value, half),
+        ],
+        rel=1e-6,
+    )
 
 
 @pytest.mark.parametrize("share", [-0.9, -0.5, 0.0, 0.5, 0.9])

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import multivariate_normal
+from scipy.stats import multivariate_normal, norm
 
 from frictool.observe.wear.change_detection import MEMORIES, SURPRISE, ChangeDetector
 from frictool.observe.wear.filter_bank import (
     BEFOREHAND,
     EVIDENCE,
     PRIOR_ROWS,
+    SLOPES,
     UNMODELLED,
     FilterBank,
 )
@@ -117,6 +118,16 @@ def test_weights_are_the_densities_of_what_was_not_foreseen(seed: int) -> None:
     assert deviation**2 >= bank.weights @ (values[:, 1] - mean) ** 2 * (1.0 - 1e-9)
 
 
+def test_an_interval_holds_its_share_of_the_mixture() -> None:
+    draw = np.random.default_rng(3)
+    bank = unchanging(restrictions(draw), 0.1, 1.0)
+    bank.take(moved(draw.normal(size=(4, 5)), draw.normal(size=4)))
+    means = bank.means[:, 2] + bank.deviations[:, 2] * bank.states[:, 2]
+    deviations = bank.deviations[:, 2] * np.sqrt(bank.spreads[:, 2, 2])
+    for end, share in zip(bank.interval("wear", 0.9), (0.05, 0.95), strict=True):
+        assert bank.weights @ norm.cdf(end, means, deviations) == pytest.approx(share, abs=1e-8)
+
+
 def test_the_variance_of_a_row_is_learned() -> None:
     draw = np.random.Generator(np.random.PCG64(5))
     known = restrictions(draw)
@@ -183,7 +194,7 @@ def test_what_a_model_lets_its_unit_be() -> None:
     model, layout = clutch(), layout_of(clutch())
     tight, loose = (
         multiplicative(model, layout, UNMODELLED[0]),
-        multiplicative(model, layout, UNMODELLED[-1]),
+        multiplicative(model, layout, UNMODELLED[len(SLOPES) - 1]),
     )
     inertia, wear, knee = (tight.index(name) for name in ("inertia", "wear", "bend_2"))
     assert tight.mean[inertia] == model.parameters.inertia.value

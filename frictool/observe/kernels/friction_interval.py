@@ -1,12 +1,13 @@
 """Friction at each sample, with its interval.
 
-    slip     direction (wear q F(x, |v|) + added) + g viscous v    F: dry friction (2.34), (4.41)
+    slip     direction (wear q F(x, |v|) + added + q fall(|v|)) + g viscous v
     in gap   direction wear q F_gap                                backlash (4.45)
     rest     effort - offset - load(x)                             at most breakaway times wear
 
-v is the velocity, x the position, g and q the factors of viscous and dry friction at the
-temperature of the sample, `added` additive wear, and F_gap the friction inside the gap (backlash).
-Numbers in brackets are equations of the thesis. In slip, the friction is the model's law times the
+v is the velocity, x the position, F the dry friction (2.34), (4.41), g and q the factors of viscous
+and dry friction at the temperature of the sample, `added` additive wear, and F_gap the friction
+inside the gap (backlash). `fall` is friction that falls with speed and is not in the model. Numbers
+in brackets are equations of the thesis. In slip, the friction is the model's law times the
 wear. At rest, friction balances the effort. The axis is treated as at rest if the interval of its
 velocity contains 0. An axis with such an interval may nevertheless move. The interval of the
 friction therefore includes the effort that stops a motion within one count. A play operator
@@ -84,14 +85,15 @@ def _in_slip(
     v: float,
     factors: Matrix,
     zones: Matrix,
+    fall: Vector,
     loose: float,
     viscous_factor: float,
     dry_factor: float,
 ) -> tuple[float, float, float]:
     """Return value, low, high of the friction [N m | N] in slip at position x and velocity v.
 
-    `loose` is the fraction that `_play` returns. Both friction factors are valid at the temperature
-    of the sample.
+    `fall` (2,) is the unmodelled fall at this speed and its half width. `loose` is the fraction
+    that `_play` returns. Both friction factors are valid at the temperature of the sample.
     """
     direction = 1.0 if v > 0.0 else -1.0
     speed = abs(v)
@@ -103,15 +105,16 @@ def _in_slip(
         dry = dry_factor * dry_friction(axes[0], x, direction, speed)
         viscous = viscous_factor * viscous_friction(axes[0], direction, speed)
         worn = wear[VALUE] * dry + factors[2, VALUE]
-        value = worn + viscous
+        value = worn + dry_factor * fall[0] + viscous
         least = wear[LOW] * dry + factors[2, LOW] - worn
         most = wear[HIGH] * dry + factors[2, HIGH] - worn
         thin, thick = (
             viscous_factor * viscous_friction(axes[LOW], direction, speed),
             viscous_factor * viscous_friction(axes[HIGH], direction, speed),
         )
-        low = max(0.0, value - math.sqrt(least * least + (thin - viscous) ** 2))
-        high = value + math.sqrt(most * most + (thick - viscous) ** 2)
+        unsure = (dry_factor * fall[1]) ** 2
+        low = max(0.0, value - math.sqrt(least * least + (thin - viscous) ** 2 + unsure))
+        high = value + math.sqrt(most * most + (thick - viscous) ** 2 + unsure)
     if loose > 0.0:
         low = min(low, dry_factor * gap[LOW] * wear[LOW])
         high = max(high, dry_factor * gap[HIGH] * wear[HIGH])
@@ -143,6 +146,7 @@ def friction_along(
     swing: float,
     factors: Matrix,
     zones: Matrix,
+    falls: Matrix,
     quantile: float,
     x: Vector,
     v: Matrix,
@@ -164,6 +168,8 @@ def friction_along(
       value, low and high
     - zones: (k, 5), one row for each zone; the columns are start and end [rad | m], then value, low
       and high of the wear
+    - falls: (n, 2), friction at the speed of each sample that falls with speed and is not in the
+      model, and its half width [N m | N]
     - quantile: quantile of the normal distribution for the intervals
     - x, effort: position [rad | m] and effort [N m | N], (n,)
     - v: (3, n), value, low and high of the velocity [rad/s | m/s]
@@ -205,7 +211,16 @@ def friction_along(
             high = min(max(held + spread, least), most)
         else:
             value, low, high = _in_slip(
-                axes, gap[1], x[k], speed, factors, zones, loose, warm[0, k], warm[1, k]
+                axes,
+                gap[1],
+                x[k],
+                speed,
+                factors,
+                zones,
+                falls[k],
+                loose,
+                warm[0, k],
+                warm[1, k],
             )
         out[VALUE, k], out[LOW, k], out[HIGH, k] = value, low, high
         state[LAST_X], state[LAST_EFFORT] = x[k], effort[k]

@@ -57,6 +57,12 @@ def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vec
     return np.asarray(-0.5 * logarithms - 0.5 * np.sum(off * left, axis=1))
 
 
+def posterior_means(gram: Vector, right: Vector, means: Vector, beliefs: Vector) -> Vector:
+    """Return the posterior means (m, p) under m priors with means (m, p), beliefs (m, p, p)."""
+    off = (right - means @ gram)[:, :, None]
+    return means + np.linalg.solve(np.eye(right.size) + beliefs @ gram, beliefs @ off)[:, :, 0]
+
+
 def mixture(
     gram: Vector, right: Vector, best: Vector, means: Vector, beliefs: Vector, beforehand: Vector
 ) -> tuple[Vector, Vector]:

@@ -20,6 +20,9 @@ from frictool.typing import Vector
 MEMORIES = np.array([0.0, 0.8, 0.95])  # weight of a move divided by the weight of the next move
 SURPRISE = 4.0  # standard deviations above which a step is a change
 FAVOUR = 6.0  # log of the prior odds of a change of the wear against a change of another parameter
+# largest standard deviation of the random step, in prior standard deviations: a parameter that the
+# moves hardly show would otherwise lose its prior
+LARGEST = 10.0
 EXPLAINED = 2.0  # size of a change, in standard deviations of the random step that explains it
 
 
@@ -58,9 +61,9 @@ class ChangeDetector:
         # twice the log likelihood ratio
         likely = np.where(surprise > SURPRISE, surprise**2 + self._favour, 0.0)
         likeliest = (likely > 0.0) & (likely == np.max(likely, axis=(1, 2), keepdims=True))
-        walked = np.sqrt(
-            np.max(np.where(likeliest, (size / EXPLAINED) ** 2 - deviation**2, 0.0), axis=2)
-        )
+        size, deviation = (np.where(likeliest, one, 0.0) for one in (size, deviation))
+        walked = np.sqrt(np.max((size / EXPLAINED) ** 2 - deviation**2, axis=2))
+        walked = np.minimum(walked, LARGEST)
         for sums in (self._steps, self._weights, self._squares):
             sums[np.any(walked > 0.0, axis=1)] = 0.0
         return np.asarray(walked)

@@ -13,8 +13,9 @@ independent row.
 If all moves have similar speeds, a slope of friction over speed that the model does not include
 cannot be distinguished from wear. If the friction of the axis has such a slope, a filter without
 this slope is biased; a filter with this slope is less precise. The evidence of the moves decides
-between the filters (docs/theory/wear.md). Similar moves repeat the rounding errors of the encoder;
-the evidence of a move is therefore multiplied by EVIDENCE and decays within MEMORY moves.
+between the filters (docs/theory/wear.md). Other filters assume friction that falls with speed.
+Similar moves repeat the rounding errors of the encoder; the evidence of a move is therefore
+multiplied by EVIDENCE and decays within MEMORY moves.
 """
 
 from __future__ import annotations
@@ -23,15 +24,38 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 
 from frictool.observe.wear.change_detection import ChangeDetector
 from frictool.observe.wear.log_moves import Move
 from frictool.observe.wear.parameter_restriction import ParameterRestriction, UnmodelledFriction
-from frictool.typing import Vector
+from frictool.observe.wear.weak_form_layout import FALLS
+from frictool.typing import Matrix, Vector
 
 SLOPES = (0.003, 0.03, 0.1, 0.3, 1.0)  # friction at top speed relative to the dry friction
-BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # log prior probability of each slope
-UNMODELLED = tuple(UnmodelledFriction(slope, 0.5 * slope, 0.3 * slope) for slope in SLOPES)
+# mean and standard deviation of an unmodelled fall of the friction, relative to the dry friction
+FALL, FALL_SPREAD = 0.25, 0.15
+# standard deviation of a small fall on one scale, relative to the dry friction
+SMALL_FALL = 3e-3
+
+
+def falling(at: int) -> UnmodelledFriction:
+    """Return friction that falls by about FALL on the scale of index `at` or the next scales."""
+    fallen = [FALL_SPREAD if abs(index - at) <= 1 else SMALL_FALL for index in range(len(FALLS))]
+    return UnmodelledFriction(0.0, 0.03, 0.01, FALL, at, tuple(fallen))
+
+
+# log prior probability of each slope, and of each fall on each scale
+BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0, *(-4.0,) * len(FALLS))
+UNMODELLED = (
+    UnmodelledFriction(SLOPES[0], 0.5 * SLOPES[0], 0.3 * SLOPES[0]),
+    *(
+        UnmodelledFriction(slope, 0.5 * slope, 0.3 * slope, fallen=(SMALL_FALL,) * len(FALLS))
+        for slope in SLOPES[1:]
+    ),
+    *(falling(at) for at in range(len(FALLS))),
+)
+NEGATIVE = 1.0 / 3.0  # standard deviation of a negative part of a fall, in prior deviations
 EVIDENCE = 0.5  # weight of a move's log evidence
 MEMORY = 50.0  # moves, time constant of forgetting the evidence
 RESTLESS = 0.5  # factor by which an enlarged random step decays per move
@@ -40,6 +64,7 @@ PRIOR_ROWS = 20.0  # weight of the prior variance, in rows
 NOISIER = 5.0
 PASSES = 3  # iterations for a move's noise
 UNSPENT = 0.25  # smallest number of degrees of freedom of a move's residual, per row
+HALVINGS = 40  # bisections for the end of an interval
 MEMORY_ROWS = 5000.0  # number of rows that determine the variance; older rows fade
 
 
@@ -79,14 +104,23 @@ class FilterBank:
         self._walk = walk / self.deviations[:, self._index]
         self._changes = ChangeDetector(self.means.shape, self._index)
         self._evidence = np.zeros(len(restrictions))
+        self._falls = [name.startswith("fall_") for name in self.names]
         self._restless = np.zeros_like(self.means)
         self._squares = np.full(len(restrictions), variance * PRIOR_ROWS)
         self._rows = PRIOR_ROWS
 
     @property
     def weights(self) -> Vector:
-        """Return the weights of the filters (k,), with sum 1."""
-        likely = np.array(BEFOREHAND) + self._evidence
+        """Return the weights of the filters (k,), with sum 1.
+
+        A filter with an unmodelled fall has a small weight if its friction rises with speed.
+        """
+        falls = (self.means + self.deviations * self.states)[:, self._falls]
+        likely = (
+            np.array(BEFOREHAND)
+            + self._evidence
+            + rising_penalty(falls, self.means[:, self._falls], self.deviations[:, self._falls])
+        )
         over = np.exp(likely - np.max(likely))
         return np.asarray(over / np.sum(over))
 
@@ -135,14 +169,42 @@ class FilterBank:
         )
         return bool(walked[int(np.argmax(self.weights)), index] > 0.0)
 
+    def moments(self, *names: str) -> tuple[Vector, Matrix]:
+        """Return means (m,) and covariance (m, m) of the m parameters `names` [SI]."""
+        chosen = [self.names.index(name) for name in names]
+        weights = self.weights
+        deviations = self.deviations[:, chosen]
+        values = self.means[:, chosen] + deviations * self.states[:, chosen]
+        spreads = self.spreads[:, chosen][:, :, chosen]
+        mean = weights @ values
+        parts = deviations[:, :, None] * spreads * deviations[:, None, :]
+        off = values - mean
+        return mean, np.tensordot(weights, parts, 1) + (weights[:, None] * off).T @ off
+
     def value(self, name: str) -> tuple[float, float]:
         """Return mean and standard deviation of a parameter [SI]."""
+        mean, covariance = self.moments(name)
+        return float(mean[0]), math.sqrt(float(covariance[0, 0]))
+
+    def interval(self, name: str, confidence: float) -> tuple[float, float]:
+        """Return the central interval of a parameter's distribution, which is a mixture [SI]."""
         index = self.names.index(name)
-        weights = self.weights
         values = self.means[:, index] + self.deviations[:, index] * self.states[:, index]
-        variances = self.deviations[:, index] ** 2 * self.spreads[:, index, index]
-        mean = float(weights @ values)
-        return mean, math.sqrt(float(weights @ (variances + (values - mean) ** 2)))
+        deviations = self.deviations[:, index] * np.sqrt(self.spreads[:, index, index])
+        weights = self.weights
+        # the quantile of a mixture lies between the quantiles of its parts
+        parts = weights > 0.0
+        tail = 0.5 * (1.0 - confidence)
+        ends = []
+        for share in (tail, 1.0 - tail):
+            quantiles = (values + deviations * scipy.special.ndtri(share))[parts]
+            low, high = float(np.min(quantiles)), float(np.max(quantiles))
+            for _ in range(HALVINGS):
+                middle = 0.5 * (low + high)
+                below = float(weights @ scipy.special.ndtr((middle - values) / deviations))
+                low, high = (middle, high) if below < share else (low, middle)
+            ends.append(0.5 * (low + high))
+        return ends[0], ends[1]
 
     def prior_deviation(self, name: str) -> float:
         """Return the largest prior standard deviation of a parameter over all filters [SI]."""
@@ -226,6 +288,20 @@ class FilterBank:
         if self._rows > MEMORY_ROWS:
             self._squares = self._squares * MEMORY_ROWS / self._rows
             self._rows = MEMORY_ROWS
+
+
+def rising_penalty(falls: Vector, means: Vector, deviations: Vector) -> Vector:
+    """Return log weights (k,) that exclude falls with negative parts: such friction rises.
+
+    `falls`, and the prior `means` and `deviations` of the falls, are (k, m). The weight is 1 for a
+    prior without an unmodelled fall.
+    """
+    largest = np.max(deviations, axis=1, keepdims=True, initial=0.0)
+    parts = (deviations > 0.5 * largest) & np.any(means > 0.0, axis=1, keepdims=True)
+    negative = np.where(
+        parts, np.minimum(falls, 0.0) / (NEGATIVE * np.where(largest > 0.0, largest, 1.0)), 0.0
+    )
+    return np.asarray(np.sum(scipy.special.log_ndtr(negative) + math.log(2.0), axis=1))
 
 
 def _times(matrices: Vector, vectors: Vector) -> Vector:

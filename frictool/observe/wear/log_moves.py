@@ -47,13 +47,14 @@ class MoveCollector:
                 layout.fastest,
                 layout.gap,
                 *layout.stops,
-                *layout.mapped,
                 layout.offset,
                 0.5 * layout.count,  # an encoder reports the lower limit of the true position
             ]
         )
         self._state = np.zeros(weak_form_rows.STATE_SIZE)
-        self._ring = np.zeros((layout.knees.size + layout.zones, 2 * layout.window))
+        self._ring = np.zeros(
+            (layout.knees.size + layout.falls.size + layout.zones, 2 * layout.window)
+        )
         self._gram = np.zeros((self._columns, self._columns))
         self._move = np.zeros(weak_form_rows.MOVE_SIZE)
         self._time, self._position, self._effort, self._excess = (np.empty(0) for _ in range(4))
@@ -101,8 +102,9 @@ class MoveCollector:
                 layout.second,
                 layout.effort,
                 layout.knees,
+                layout.falls,
                 layout.edges,
-                layout.dry,
+                layout.axis,
                 layout.load,
                 self._numbers,
                 self._warm,

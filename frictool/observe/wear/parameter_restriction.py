@@ -15,7 +15,7 @@ level_-1.
 
 The prior is wide for parameters that differ between actuators or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds friction that depends on speed and is not in the
-model: a slope below the model's first bend, or an additional bend.
+model: a slope below the model's first bend, an additional bend, or a fall with rising speed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ import numpy as np
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
-from frictool.observe.wear.weak_form_layout import WeakFormLayout
+from frictool.observe.wear.weak_form_layout import FALLS, WeakFormLayout
 from frictool.typing import Vector
 
 INERTIA_SPREAD = 0.3  # relative standard deviation, in addition to the model's interval
@@ -37,6 +37,10 @@ ASYMMETRY = 0.25
 OFFSET_SPREAD = 0.02  # standard deviation relative to the dry friction
 WEAR_SPREAD = 0.5  # standard deviation of the wear
 QUANTILE = 1.96  # half the width of an interval, in standard deviations
+# standard deviation of an unknown delay of the effort, in sample periods: a uniform distribution
+DELAY_SPREAD = 1.0 / np.sqrt(12.0)
+# standard deviation of the model's own fall, relative to its breakaway minus Coulomb friction
+FALL_SPREAD = 0.3
 
 
 @dataclass(frozen=True)
@@ -45,11 +49,16 @@ class UnmodelledFriction:
 
     - slope, deviation: mean and standard deviation of the part that is proportional to speed
     - bend: standard deviation of the friction that each bend (change of the slope over speed) adds
+    - fall: mean of the friction that falls with speed on the scale w of index `at`, at speed 0
+    - fallen: standard deviations of the falls on each scale w
     """
 
     slope: float = 0.0
     deviation: float = 0.03
     bend: float = 0.03
+    fall: float = 0.0
+    at: int = 0
+    fallen: tuple[float, ...] = (0.0,) * len(FALLS)
 
 
 @dataclass(frozen=True)
@@ -218,6 +227,7 @@ def _known(
     }
     if slope.value > 0.0:
         out["asymmetry"] = (0.5 * (slope.value - opposite.value), ASYMMETRY * slope.value)
+    out["delay"] = (0.0, DELAY_SPREAD * layout.period)
     for index, knee in enumerate(map(float, layout.knees)):
         width = unmodelled.bend * layout.friction / max(top - knee, 0.25 * top)
         bend = 0.0
@@ -226,6 +236,13 @@ def _known(
             width = max(width, unsure[knee])
             slope = regime_viscous[knee]
         out[f"bend_{index}"] = (bend, width)
+    falling = today.stribeck_velocity is not None
+    drop = today.breakaway.value - today.coulomb.value + _half(today.breakaway) if falling else 0.0
+    for index, fallen in enumerate(unmodelled.fallen):
+        out[f"fall_{index}"] = (
+            unmodelled.fall * layout.friction * (index == unmodelled.at),
+            float(np.hypot(fallen * layout.friction, FALL_SPREAD * drop)),
+        )
     return out
 
 

@@ -2,15 +2,20 @@
 
     effort - offset - load(x) = inertia a + g viscous v + g asymmetry |v|
                                 + g sum_j bend_j (|v| - knee_j)+ s
-                                + sum_d,z dry_d,z f(x, s) + sum_d level_d s
+                                + q sum_j fall_j exp(-(v/w_j)^n) s
+                                + sum_d,z dry_d,z f(x, v) + sum_d level_d s
+                                + delay d(effort)/dt
 
 A row is this equation, averaged over a window of samples. x, v and a are position, velocity and
-acceleration, s the direction of the motion, f the model's dry friction at x, and (...)+ the
-positive part. knee_j is a speed at which the slope of friction changes by bend_j. g is the factor
-of viscous friction at the logged temperature, and f contains the factor of dry friction; if the
-model or the log has no temperature, both factors are 1. If the axis equals the model, dry_d,z is 1
-in every direction d and zone z, and level_d is 0. The same row is used for all kinds of wear:
-uniform, by direction, by zone, or additive (parameter_restriction.py).
+acceleration, s the direction of the motion, f the model's dry friction at x and v with its fall
+over speed (Stribeck), and (...)+ the positive part. knee_j is a speed at which the slope of
+friction changes by bend_j. fall_j is friction that the model does not contain and that falls with
+speed on the scale w_j; n is the exponent of the Stribeck curve. delay is the time by which the
+effort acts later than its samples. g and q are the factors of viscous and dry friction at the
+logged temperature; f contains q. If the model or the log has no temperature, both factors are 1. If
+the axis equals the model, dry_d,z is 1 in every direction d and zone z, and fall_j, level_d and
+delay are 0. The same row is used for all kinds of wear: uniform, by direction, by zone, or additive
+(parameter_restriction.py).
 
 The window is so long that the rounding of the encoder disturbs a row by at most NOISE_SHARE of the
 dry friction. To fit into a move, the window is at most a third of the time for the travel at top
@@ -24,13 +29,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.adapters.axis_model import axis_of, load_of
+from frictool.adapters.axis_model import extended_axis, load_of
 from frictool.documents.laws import FrictionOverTemperature
 from frictool.documents.model import Model
 from frictool.errors import FrictoolError
 from frictool.friction.position_polynomial import mean_over
-from frictool.friction.stribeck import straight_from
-from frictool.plant.axis import COULOMB
 from frictool.plant.axis_friction_laws import (
     COULOMB_MAPS,
     COULOMB_PAIR,
@@ -38,7 +41,6 @@ from frictool.plant.axis_friction_laws import (
     MAP_LOW,
     MAPPED,
     MAX_TERMS,
-    PLAIN_SIZE,
 )
 from frictool.plant.weak_form import bell, effort_weights
 from frictool.typing import Vector
@@ -56,6 +58,9 @@ SLOWEST = 0.02  # speed relative to the top speed, below which a sample is not u
 KNEES = (0.6, 0.8, 1.0, 1.2)  # possible bends of the friction, relative to the model's first knee
 # possible bends relative to the top speed, for a model without a knee
 FREE_KNEES = (0.4, 0.55, 0.7, 0.85)
+# speeds w_j of unmodelled falls, relative to the top speed as in identify/rows/effects.py
+FALLS = (0.05, 0.075, 0.115, 0.175, 0.265, 0.4)
+KNOWN_FALLS = (0.4, 0.6, 0.85, 1.2, 1.7, 2.5)  # the same, relative to the model's Stribeck velocity
 GAP_SPREAD = 1.3  # widest backlash relative to the bench's value, if the bench has no range
 ZONES = 6  # number of zones, if the bench or the friction map has a travel
 LEAST_FRICTION = 1e-9  # smallest dry friction relative to the effort at the drive's limit
@@ -75,16 +80,18 @@ class WeakFormLayout:
     - effort: (3,), weights of the effort at the sample before, at the sample and at the next sample
     - slowest, fastest: speed limits of usable samples [rad/s | m/s]
     - knees: (h,), speeds at which the slope of friction may change [rad/s | m/s]
+    - falls: (m,), speed scales w of friction that falls with speed [rad/s | m/s]
     - edges: (z + 1,), boundaries of the zones [rad | m]; the first and the last zone extend beyond
       the outer boundaries
-    - dry: (2, c), polynomials of the model's friction [N m | N], backward and forward, constant
-      outside `mapped` (2,) [rad | m]
+    - axis: parameters of the axis for the kernels (plant/axis_friction_laws.py)
+    - dry: (2, c), polynomials of the model's Coulomb friction [N m | N], backward and forward,
+      constant outside `mapped` (2,) [rad | m]
     - count: encoder step [rad | m]
     - gap: widest backlash plus one count [rad | m]; 0 if there is no backlash
     - stops: (2,), positions of the end stops [rad | m]
     - load: array of plant/position_load.py
     - offset: the model's offset [N m | N]
-    - friction: mean dry friction over the travel and both directions [N m | N]
+    - friction: mean Coulomb friction over the travel and both directions [N m | N]
     - temperature: dependence of friction on temperature, or None
     """
 
@@ -98,7 +105,9 @@ class WeakFormLayout:
     slowest: float
     fastest: float
     knees: Vector
+    falls: Vector
     edges: Vector
+    axis: Vector
     dry: Vector
     mapped: Vector
     count: float
@@ -120,12 +129,18 @@ class WeakFormLayout:
         return _acceleration_noise(self.count, self.second)
 
     @property
+    def fall_names(self) -> tuple[str, ...]:
+        """Return the names of the regressors of the falls."""
+        return tuple(f"fall_{k}" for k in range(self.falls.size))
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Return the names of the p regressors of a row; the effort is the column after them."""
         zones = range(self.zones)
         bends = [f"bend_{k}" for k in range(self.knees.size)]
         dry = [f"dry_{side}_{zone}" for side in ("backward", "forward") for zone in zones]
-        return ("inertia", "viscous", *bends, *dry, "level_backward", "level_forward", "asymmetry")
+        over_speed = ("inertia", "viscous", *bends, *self.fall_names)
+        return (*over_speed, *dry, "level_backward", "level_forward", "asymmetry", "delay")
 
 
 def layout_of(
@@ -139,7 +154,7 @@ def layout_of(
     Raises FrictoolError if the model has no dry friction, or if the window is not odd or too short.
     """
     bench = model.bench
-    axis = axis_of(model).as_array()
+    axis = extended_axis(model)
     period = period or bench.sample_period_s
     dry, mapped = _dry(axis)
     travel, top = bench.mechanics.travel, bench.mechanics.top_speed
@@ -168,8 +183,9 @@ def layout_of(
         raise FrictoolError(f"window: found {window} samples; allowed: an odd number of at least 5")
     reach = max(1, round(SLOPE_SHARE * window))
     phi = np.concatenate(([0.0], bell(window), [0.0]))
-    stribeck = model.parameters.stribeck_velocity
-    exponent = model.laws.stribeck_exponent if model.laws is not None else 2.0
+    slowest = max(
+        COUNTS * count / (reach * period), SLOWEST * top.value if top is not None else 0.0
+    )
     return WeakFormLayout(
         period=period,
         window=window,
@@ -178,14 +194,12 @@ def layout_of(
         phi=phi,
         second=np.convolve(bell(window), [1.0, -2.0, 1.0]) / period**2,
         effort=np.array(effort_weights(period, bench.actuator.logged_lag_s)),
-        slowest=max(
-            COUNTS * count / (reach * period),
-            SLOWEST * top.value if top is not None else 0.0,
-            straight_from(stribeck.value, exponent) if stribeck is not None else 0.0,
-        ),
+        slowest=slowest,
         fastest=3.0 * top.value if top is not None else math.inf,
         knees=_knees(model),
+        falls=_falls(model, slowest),
         edges=_edges(low, high, zones),
+        axis=axis,
         dry=dry,
         mapped=mapped,
         count=count,
@@ -231,9 +245,7 @@ def _dry(axis: Vector) -> tuple[Vector, Vector]:
     """
     dry = np.zeros((2, MAX_TERMS))
     mapped = np.array([-math.inf, math.inf])
-    if axis.size == PLAIN_SIZE:
-        dry[:, 0] = axis[COULOMB]
-    elif axis[MAPPED] > 0.0:
+    if axis[MAPPED] > 0.0:
         dry[:] = axis[COULOMB_MAPS : COULOMB_MAPS + 2 * MAX_TERMS].reshape(2, MAX_TERMS)
         mapped = axis[MAP_LOW : MAP_HIGH + 1].copy()
     else:
@@ -264,6 +276,13 @@ def _knees(model: Model) -> Vector:
             )
         )
     return np.array([share * top.value for share in FREE_KNEES] if top is not None else [])
+
+
+def _falls(model: Model, slowest: float) -> Vector:
+    known, top = model.parameters.stribeck_velocity, model.bench.mechanics.top_speed
+    if known is not None:
+        return known.value * np.array(KNOWN_FALLS)
+    return np.array(FALLS) * (top.value if top is not None else slowest / SLOWEST)
 
 
 def _gap(model: Model, count: float) -> float:

@@ -1,11 +1,12 @@
 """Weak-form rows along a stream of samples, summed to one Gram matrix per move.
 
-    sample k   friction and bends at k, written to a ring buffer if the sample is used
+    sample k   friction, bends and falls at k, written to a ring buffer if the sample is used
     row        sums over the window that ends at k: phi times the ring buffer, phi'' times the
                positions; computed at one of `every` used samples
     move       sum of row' row
 
-The bends of a sample are the regressors (|v| - knee_j)+ of `weak_form_layout.py`.
+The bends and falls of a sample are the regressors (|v| - knee_j)+ and exp(-(v/w_j)^n) of
+`weak_form_layout.py`.
 
 A sample is used if the axis moves in one direction, faster than `slowest`, during the `reach`
 samples before and after it. The load must be attached (backlash closed), and the axis away from
@@ -17,9 +18,12 @@ A move ends after REST windows below the speed `slowest`, at a reversal, or afte
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from frictool.friction.position_kernels import polynomial
+from frictool.observe.kernels.friction_interval import dry_friction
+from frictool.plant.axis_friction_laws import STRIBECK_EXPONENT
 from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
 from frictool.typing import Matrix, Vector
@@ -28,9 +32,7 @@ MOST_ROWS = 400.0  # largest number of rows of a move
 REST = 1.0  # number of windows below the speed `slowest` after which a move has ended
 
 # indices of `numbers`, the kernel's constants, from weak_form_layout.py
-PERIOD, SLOWEST, FASTEST, GAP, LOW_STOP, HIGH_STOP, MAP_LOW, MAP_HIGH, OFFSET, HALF_COUNT = range(
-    10
-)
+PERIOD, SLOWEST, FASTEST, GAP, LOW_STOP, HIGH_STOP, OFFSET, HALF_COUNT = range(8)
 # indices of `state`: least and largest possible position inside the backlash, number and direction
 # of successive usable samples, number of samples since a usable one, number of all samples
 PLAY_LOW, PLAY_HIGH, RUN, DIRECTION, IDLE, SEEN = range(6)
@@ -92,31 +94,34 @@ def remember(
     speed: float,
     side: int,
     knees: Vector,
+    falls: Vector,
     edges: Vector,
-    dry: Vector,
-    numbers: Vector,
+    axis: Vector,
     viscous_factor: float,
     dry_factor: float,
 ) -> None:
-    """Write bends and friction of a sample into the ring buffer.
+    """Write bends, falls and friction of a sample into the ring buffer.
 
     The values are written to the columns `index` and `index` + window, so that each window is
     contiguous. The factors of viscous and dry friction are valid at the temperature of the sample.
-    `ring` is the ring buffer (h + z, 2 window): the first h rows are bends, the other z rows are
+    `ring` is the ring buffer (h + m + z, 2 window): h rows of bends, m rows of falls, z rows of
     zones. The row of the zone of x [rad | m] gets the friction at x [N m | N], the other zones get
-    0.
+    0. `axis` (EXTENDED_SIZE,) contains the parameters of the axis.
     """
     bends = knees.shape[0]
+    other = bends + falls.shape[0]
     zones = edges.shape[0] - 1
-    here = min(max(x, numbers[MAP_LOW]), numbers[MAP_HIGH])
-    friction = dry_factor * max(0.0, polynomial(dry[side], here))
+    friction = dry_factor * max(0.0, dry_friction(axis, x, 2.0 * side - 1.0, speed))
     zone = 0
     while zone < zones - 1 and x >= edges[zone + 1]:
         zone += 1
     for j in range(bends):
         ring[j, index] = ring[j, index + window] = viscous_factor * max(speed - knees[j], 0.0)
+    for j in range(falls.shape[0]):
+        fall = dry_factor * math.exp(-((speed / falls[j]) ** axis[STRIBECK_EXPONENT]))
+        ring[bends + j, index] = ring[bends + j, index + window] = fall
     for j in range(zones):
-        ring[bends + j, index] = ring[bends + j, index + window] = friction if j == zone else 0.0
+        ring[other + j, index] = ring[other + j, index + window] = friction if j == zone else 0.0
 
 
 @kernel
@@ -144,12 +149,12 @@ def fill_row(
     - warm: factors of viscous and dry friction at the temperatures of the samples, (2, n)
     """
     window = phi.shape[0]
-    bends = ring.shape[0] - zones
+    over_speed = ring.shape[0] - zones
     start = last - window + 1
     sign = 2.0 * side - 1.0
     origin = position[last]
     row[:] = 0.0
-    acceleration = velocity = driven = 0.0
+    acceleration = velocity = driven = rising = 0.0
     for j in range(window):
         k = start + j
         acceleration += second[j] * (position[k] - origin)
@@ -158,17 +163,19 @@ def fill_row(
             mean_effort = (
                 weights[0] * effort[k - 1] + weights[1] * effort[k] + weights[2] * effort[k + 1]
             )
+            rising += phi[j] * (effort[k + 1] - effort[k - 1])
             driven += phi[j] * (mean_effort - load_effort(load, position[k] + numbers[HALF_COUNT]))
     row[0] = acceleration
     row[1] = velocity / (2.0 * numbers[PERIOD])
-    for j in range(bends + zones):
+    for j in range(over_speed + zones):
         total = 0.0
         for i in range(window):
             total += phi[i] * ring[j, first + i]
-        index = 2 + j if j < bends else 2 + j + side * zones
+        index = 2 + j if j < over_speed else 2 + j + side * zones
         row[index] = sign * total
-    row[2 + bends + 2 * zones + side] = sign
-    row[row.shape[0] - 2] = sign * row[1]
+    row[2 + over_speed + 2 * zones + side] = sign
+    row[row.shape[0] - 3] = sign * row[1]
+    row[row.shape[0] - 2] = rising / (2.0 * numbers[PERIOD])
     row[row.shape[0] - 1] = driven - numbers[OFFSET]
 
 
@@ -203,8 +210,9 @@ def walk(
     second: Vector,
     weights: Vector,
     knees: Vector,
+    falls: Vector,
     edges: Vector,
-    dry: Vector,
+    axis: Vector,
     load: Vector,
     numbers: Vector,
     warm: Matrix,
@@ -249,9 +257,9 @@ def walk(
             speed,
             side,
             knees,
+            falls,
             edges,
-            dry,
-            numbers,
+            axis,
             warm[0, k],
             warm[1, k],
         )

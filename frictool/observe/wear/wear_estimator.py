@@ -8,11 +8,12 @@ Wear, alpha of thesis (6.13), is modelled as a random walk with the standard dev
 move. If one or several moves show a larger change (change_detection.py), the random step is
 enlarged until it explains these moves: the wear has grown faster, or has jumped (thesis 6.3.2).
 
-The variance of the interval is the sum of four terms: the variance of the filters, the square of
-the lag behind a growing wear, the square of FLOOR times the wear, and the variance of the dry
-friction at the mean temperature of the moves. The last term is 0 if the model's friction does not
-depend on the temperature. FLOOR is a relative error that more moves do not reduce: the model's
-dependence of friction on position and speed is not exact, and the rows are approximations.
+The interval has five parts, whose squares are added: the interval of the filters, the lag behind a
+growing wear, FLOOR times the wear, FALL_SHAPE times an unmodelled fall of the friction over speed,
+and the error of the dry friction at the mean temperature of the moves. The last part is 0 if the
+model's friction does not depend on the temperature. FLOOR is a relative error that more moves do
+not reduce: the model's dependence of friction on position and speed is not exact, and the rows are
+approximations.
 
 The inertia shows only in the acceleration that the other parameters do not explain. An unknown
 effort that follows this acceleration looks like inertia. Its interval includes an effort of ROUGH
@@ -31,6 +32,7 @@ import numpy as np
 import scipy
 
 from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.constant_error import scale_of
 from frictool.observe.wear.filter_bank import UNMODELLED, FilterBank
@@ -38,8 +40,12 @@ from frictool.observe.wear.log_moves import Move, MoveCollector
 from frictool.observe.wear.parameter_restriction import multiplicative
 from frictool.observe.wear.weak_form_layout import WeakFormLayout, layout_of
 from frictool.observe.wear.wear_kinds import ROUGH, WearClassification, WearClassifier
-from frictool.observe.wear_estimate import EstimateRange, WearEstimate
+from frictool.observe.wear_estimate import EstimateRange, UnmodelledFall, WearEstimate
 
+# standard deviation of the wear from the unknown shape of a fall that the model does not contain,
+# relative to this fall
+FALL_SHAPE = 0.05
+LEAST_FALL = 0.02  # smallest fall that is reported, relative to the dry friction
 WALK = 1e-4  # standard deviation of the wear's random step in a move
 FLOOR = 0.0003  # relative standard deviation of the wear that remains after many moves
 # relative standard deviation of the inertia, from its correlation with the wear
@@ -85,6 +91,7 @@ class WearEstimator:
         )
         # moves since the last change of the wear, and between the last two changes
         self._since, self._before = 0, 0
+        self._zoned = 0  # successive moves whose classification is wear of zones
         self.kinds = WearClassifier(model, self.layout, confidence)
         self._scale = scale_of(model)
         self.estimate = WearEstimate(0.0, 0, prior(model), scale=self._scale)
@@ -110,7 +117,12 @@ class WearEstimator:
         nominal = self.model.parameters.inertia.value
         others = {"inertia": self._range("inertia", 1.0 / nominal, INERTIA_FLOOR, unmodelled)}
         undetermined = ("inertia",) if unmodelled >= self.bank.prior_deviation("inertia") else ()
-        floor = math.hypot(FLOOR, self._slope_deviation * self._excess)
+        falls, covariance = self.bank.moments(*self.layout.fall_names)
+        fall = float(np.sum(falls))
+        shape = FALL_SHAPE * fall / self.layout.friction
+        surely = fall - self._quantile * math.sqrt(float(np.sum(covariance)))
+        falling = surely > LEAST_FALL * self.layout.friction
+        floor = math.hypot(FLOOR, self._slope_deviation * self._excess, shape)
         wear = self._range("wear", 1.0, floor, self._going)
         alike = WearEstimate(
             move.time,
@@ -119,15 +131,25 @@ class WearEstimator:
             scale=self._scale,
             others=others,
             undetermined=undetermined,
+            warnings=(_fall_warning(self.model, fall),) if falling else (),
+            fall=UnmodelledFall(
+                tuple(self.layout.falls.tolist()),
+                tuple(falls.tolist()),
+                tuple(tuple(row) for row in covariance.tolist()),
+            ),
         )
         verdict = self.kinds.take(move)
+        zoned = verdict is not None and verdict.kind == "zones"
+        self._zoned = self._zoned + 1 if zoned else 0
         if (
             verdict is not None
-            and verdict.kind == "zones"
+            and zoned
             and self._one_change
+            and self._zoned <= self._since + 1
             and apart(alike.wear, verdict.wear)
         ):
-            verdict = None  # moves from both sides of the change look like wear of zones
+            # moves from both sides of the change look like wear of zones, which is new
+            verdict = None
         if verdict is not None:
             inertia = verdict.inertia.wider(self._quantile * unmodelled / nominal)
             alike = with_kind(alike, replace(verdict, inertia=inertia))
@@ -172,12 +194,24 @@ class WearEstimator:
     def _range(self, name: str, scale: float, floor: float, extra: float = 0.0) -> EstimateRange:
         """Return a parameter times `scale`, with its interval.
 
-        `floor` (relative to the value) and `extra` [SI] are standard deviations, whose squares are
-        added to the parameter's variance.
+        `floor` (relative to the value) and `extra` [SI] are standard deviations of independent
+        errors.
         """
-        value, deviation = self.bank.value(name)
-        half = self._quantile * math.hypot(deviation, floor * value, extra)
-        return EstimateRange(scale * value, scale * (value - half), scale * (value + half))
+        value, _ = self.bank.value(name)
+        low, high = self.bank.interval(name, self.confidence)
+        known = EstimateRange(value, min(low, value), max(high, value))
+        wide = known.wider(self._quantile * math.hypot(floor * value, extra))
+        return EstimateRange(scale * wide.value, scale * wide.low, scale * wide.high)
+
+
+def _fall_warning(model: Model, fall: float) -> str:
+    """Return the warning about friction that falls with speed and is not in the model."""
+    unit = si_unit("effort", model.axis)
+    return (
+        f"friction falls by {fall:.3g} {unit} with rising speed, in addition to the model: its "
+        "coulomb may be wrong; identify with speed tests (--method stribeck-curve), or use "
+        "--commissioning"
+    )
 
 
 def _slope_deviation(model: Model) -> float:

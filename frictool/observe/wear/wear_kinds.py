@@ -33,9 +33,15 @@ import numpy as np
 import scipy
 
 from frictool.documents.model import Model
-from frictool.observe.wear.bayesian_evidence import best_fit, evidences, mixture, posterior
+from frictool.observe.wear.bayesian_evidence import (
+    best_fit,
+    evidences,
+    mixture,
+    posterior,
+    posterior_means,
+)
 from frictool.observe.wear.constant_error import relative_deviation
-from frictool.observe.wear.filter_bank import BEFOREHAND, UNMODELLED
+from frictool.observe.wear.filter_bank import BEFOREHAND, UNMODELLED, rising_penalty
 from frictool.observe.wear.log_moves import Move
 from frictool.observe.wear.parameter_restriction import (
     dry_columns,
@@ -126,6 +132,7 @@ class WearClassifier:
         # number of overlapping rows that are as precise as one independent row
         self._inflation = 1.0 / (layout.every * float(np.sum(layout.phi**2)))
         self._dry = np.flatnonzero(dry)
+        self._falls = np.isin(layout.names, layout.fall_names)
         self._inertia = (np.array(layout.names) == "inertia") / model.parameters.inertia.value
         self._sides = {side: dry_columns(layout, side) / self._unit for side in SIDES}
         self._zones = [dry_columns(layout, zone=zone) / self._unit for zone in range(layout.zones)]
@@ -193,10 +200,10 @@ class WearClassifier:
             self._count = since
             gram, right = self._information(last, rows)
         best = best_fit(gram, right)
-        every = evidences(gram, best, np.tile(self._means, (len(KINDS), 1)), self._scaled)
-        evidence = scipy.special.logsumexp(
-            every.reshape(len(KINDS), -1) + np.array(BEFOREHAND), axis=1
-        )
+        means = np.tile(self._means, (len(KINDS), 1))
+        every = evidences(gram, best, means, self._scaled)
+        every = every + self._weights(gram, right, means, self._scaled)
+        evidence = scipy.special.logsumexp(every.reshape(len(KINDS), -1), axis=1)
         over: dict[Kind, float] = {
             kind: float(value - evidence[0]) for kind, value in zip(KINDS, evidence, strict=True)
         }
@@ -291,7 +298,17 @@ class WearClassifier:
     def _under(
         self, kind: Kind, gram: Vector, right: Vector, best: Vector
     ) -> tuple[Vector, Vector]:
-        return mixture(gram, right, best, self._means, self._beliefs[kind], np.array(BEFOREHAND))
+        beliefs = self._beliefs[kind]
+        weights = self._weights(gram, right, self._means, beliefs)
+        return mixture(gram, right, best, self._means, beliefs, weights)
+
+    def _weights(self, gram: Vector, right: Vector, means: Vector, beliefs: Vector) -> Vector:
+        """Return the log weights (m,) of m priors; a friction that rises is no fall."""
+        falls = self._falls
+        fitted = posterior_means(gram, right, means, beliefs)
+        deviations = np.sqrt(np.diagonal(beliefs, axis1=1, axis2=2))
+        rising = rising_penalty(fitted[:, falls], means[:, falls], deviations[:, falls])
+        return np.resize(BEFOREHAND, rising.size) + rising
 
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[WearZone, ...]:
         """Return the wear in each zone.
