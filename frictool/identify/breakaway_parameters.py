@@ -331,20 +331,22 @@ def _hidden_inertia(logs: AxisLogs, fit: SlidingFit) -> str:
 
 
 def without_impossible_breakaway(outcome: Outcome, bench: Bench) -> Outcome:
-    """Return the outcome in which a constant breakaway below Coulomb friction is refused.
+    """Return the outcome in which a constant breakaway below Coulomb friction is refused."""
+    impossible = impossible_breakaway(outcome, bench)
+    if not impossible or outcome.ramp is None or outcome.ramp.by_position is not None:
+        return outcome
+    return outcome.merge(Outcome(refused={"breakaway": impossible}))
+
+
+def impossible_breakaway(outcome: Outcome, bench: Bench) -> str:
+    """Return a message if the breakaway of ramps is below Coulomb friction, else "".
 
     Inside an unstated backlash, the ramps move the motor without the load.
     """
-    identified, ramp = outcome.identified, outcome.ramp
-    if (
-        ramp is None
-        or ramp.by_position is not None
-        or not {"breakaway", "coulomb"} <= identified.keys()
-    ):
-        return outcome
-    impossible = below_coulomb(identified["breakaway"], identified["coulomb"])
-    if impossible is None:
-        return outcome
-    if bench.mechanics.backlash is None:
+    identified = outcome.identified
+    if outcome.ramp is None or not {"breakaway", "coulomb"} <= identified.keys():
+        return ""
+    impossible = below_coulomb(identified["breakaway"], identified["coulomb"]) or ""
+    if impossible and bench.mechanics.backlash is None:
         impossible += "; if the axis has backlash, state mechanics.backlash"
-    return outcome.merge(Outcome(refused={"breakaway": impossible}))
+    return impossible

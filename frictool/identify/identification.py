@@ -21,6 +21,7 @@ from frictool.identify.axis_logs import LOOKS_SLIDING, AxisLogs, sort_logs
 from frictool.identify.breakaway.rate_table import BreakawayOverRate
 from frictool.identify.breakaway_parameters import (
     NO_RAMPS,
+    impossible_breakaway,
     with_breakaway,
     with_varying_breakaway,
     without_impossible_breakaway,
@@ -341,6 +342,7 @@ def _with_total_load(logs: AxisLogs, outcome: Outcome) -> Outcome:
 def _suspects(logs: AxisLogs, outcome: Outcome, wider: WidenedFit | None) -> dict[str, list[str]]:
     """Return the warnings that an interval may not contain the true value, by parameter."""
     fit = outcome.fit
+    impossible = impossible_breakaway(outcome, logs.bench)
     short = [] if fit is None else short_stroke_warnings(fit, logs.sliding)
     doubts = {} if wider is None else wider.doubts(outcome.identified)
     return {
@@ -348,6 +350,7 @@ def _suspects(logs: AxisLogs, outcome: Outcome, wider: WidenedFit | None) -> dic
             *load_warnings(outcome.ramp, logs.bench),
             *local_ramp_warnings(outcome.ramp, fit, logs.sliding, logs.bench),
             *mixed_onset_warnings(outcome.ramp, logs.bench),
+            *([f"breakaway: {impossible}"] if impossible else []),
         ],
         **{name: [*short, *doubts.get(name, ())] for name in SLIDING},
     }

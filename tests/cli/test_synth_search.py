@@ -153,7 +153,7 @@ def test_an_interrupted_search_prints_the_values_of_its_best_candidate(
     [
         ("value: 2.5", "value: 0.1", ["static_error", "0.1 rad", "encoder's step, 0.1122 rad"]),
         ("_95_s: 0.35", "_95_s: 0.03", ["response_time_95_s", "0.03 s"]),
-        ("_95_s: 0.35", "_95_s: 0.095", ["0.095 s", "a step of 50.4 rad", "synth --scenario"]),
+        ("_95_s: 0.35", "_95_s: 0.095", ["0.095 s", "a step of 50.4 rad", "--scenario"]),
     ],
 )
 def test_what_no_controller_can_do_is_refused_before_the_search(

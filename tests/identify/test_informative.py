@@ -15,7 +15,10 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.identify import outcome
-from frictool.identify.breakaway_parameters import without_impossible_breakaway
+from frictool.identify.breakaway_parameters import (
+    impossible_breakaway,
+    without_impossible_breakaway,
+)
 from frictool.identify.estimators import stribeck_curve
 from frictool.identify.fit_result import Interval
 from frictool.identify.interval_checks import (
@@ -140,6 +143,9 @@ def test_ramps_inside_an_unstated_backlash_name_the_key(width: Quantity | None) 
     reason = without_impossible_breakaway(made, bench).refused["breakaway"]
     assert ("state mechanics.backlash" in reason) == (width is None)
     assert len(f"not identified: breakaway: {reason}") <= 190
+    varying = outcome.Outcome(found, ramp=SimpleNamespace(by_position=object()))
+    assert without_impossible_breakaway(varying, bench) is varying  # a warning states the reason
+    assert impossible_breakaway(varying, bench) == reason
 
 
 @pytest.mark.parametrize(
