@@ -49,7 +49,7 @@ from frictool.identify.fitted_lag import fitted_lag
 from frictool.identify.interval_checks import NEVER_NEGATIVE, below_coulomb
 from frictool.identify.load_kink import LoadKink
 from frictool.identify.log_disagreement import pooling_warnings
-from frictool.identify.measurement_faults import commanded
+from frictool.identify.measurement_faults import commanded, one_sided_effort
 from frictool.identify.method_check import method_warnings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.orientation import negative_effort, reversed_sign
@@ -376,6 +376,7 @@ def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list
 def _nothing_physical(logs: AxisLogs, result: Identification) -> NothingIdentified:
     powered = [] if logs.drive_off else logs.sliding
     reason = negative_effort([*powered, *logs.ramps], logs.bench, result.confidence)
+    reason = reason or one_sided_effort(powered)
     if reason is not None:
         return _without_any(logs, reason)
     refused = dict(result.refused)

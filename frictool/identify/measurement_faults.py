@@ -135,6 +135,25 @@ def _refuse_unsigned(record: MotionRecord) -> None:
         )
 
 
+def one_sided_effort(records: list[MotionRecord]) -> str | None:
+    """Return a message if the effort of a record has one sign in both directions of motion.
+
+    This is an absolute value, or the effort of an axis that a load pulls in one direction. The
+    result is None if no record has such an effort.
+    """
+    for record in records:
+        direction = find_strokes(record).sign
+        low, high = float(record.effort.min()), float(record.effort.max())
+        both = min(np.sum(direction > 0.0), np.sum(direction < 0.0)) >= FEWEST_SAMPLES
+        if both and (low >= 0.0 or high <= 0.0):
+            side = "negative" if low >= 0.0 else "positive"
+            return (
+                f"{Path(record.name).name}: the effort is never {side}, but the axis moves in both "
+                "directions; if another column states the direction, log the drive with its sign"
+            )
+    return None
+
+
 def _dips(effort: Vector, strokes: Strokes) -> float:
     edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1))
     found = list[bool]()

@@ -14,7 +14,7 @@ from frictool.identify.estimators.auto import auto
 from frictool.identify.estimators.searched_records import SearchedRecords
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import identify_records
-from frictool.identify.measurement_faults import refuse_unmeasured
+from frictool.identify.measurement_faults import one_sided_effort, refuse_unmeasured
 from frictool.identify.methods import DEFAULT, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.rows.strokes import find_strokes
@@ -70,6 +70,10 @@ def test_an_absolute_value_of_the_effort_is_refused_by_name(bench: Bench) -> Non
     for unsigned in (np.abs(effort), -np.abs(effort)):
         with pytest.raises(UnusableLogs, match=r"log\.csv: the effort has one sign .* absolute"):
             refuse_unmeasured([record(position, unsigned)], bench)
+        one_sided = one_sided_effort([record(position, effort), record(position, unsigned)])
+        assert one_sided is not None
+        assert "log the drive with its sign" in one_sided
+    assert one_sided_effort([record(position, effort)]) is None
 
 
 def test_efforts_with_one_sign_that_are_measured_are_kept(bench: Bench) -> None:
