@@ -141,7 +141,7 @@ def _nearest(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _usable(test: DesignTest, cuts: Sequence[_Cut]) -> list[_Cut]:
-    """Return the cuts of the first SEPARATED candidates that pass with the nominal plant."""
+    """Return the first cuts whose candidate passes with the nominal plant, at most SEPARATED."""
     controllers = CandidateControllers(test.model, test.spec)
     usable: list[_Cut] = []
     for cut in cuts[:NOMINAL]:

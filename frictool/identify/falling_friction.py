@@ -33,7 +33,7 @@ SLOWEST = 0.05  # share of the samples whose speeds are below the smallest w
 def falling_friction(regression: EffectRegression) -> list[AcceptedEffects]:
     """Return the shifts of the parameters by the most significant fall of friction with speed.
 
-    The result is empty if no tested w gives a significant fall (with Bonferroni's correction).
+    The result is empty if the fall is significant at no tested speed (Bonferroni's correction).
     """
     rows = regression.rows
     used = regression.used

@@ -211,7 +211,8 @@ def smoothed(record: MotionRecord, window: int) -> tuple[Vector, Vector, Vector]
 def smoothed_by(record: MotionRecord, g: Vector) -> tuple[Vector, Vector, Vector]:
     """Return acceleration, velocity and effort (n,), smoothed by a symmetric kernel g of sum 1.
 
-    g has the length window - 2. The first and last (window - 1)/2 values of each signal are NaN.
+    With the second difference, a result depends on `window` samples, two more than g has values.
+    The first and last (window - 1)/2 values of each signal are therefore NaN.
     """
     window = g.size + 2
     out = np.empty((3, record.position.size))
