@@ -153,7 +153,8 @@ def test_a_played_step_needs_the_time_of_the_drive_and_of_the_speed_loop() -> No
     bound = slowest_step(MODEL, _response(MODEL, SPEC), 50.0).time
     least = bound + loop_allowance(MODEL, 0.5, dead_time)
     spec = msgspec.structs.replace(SPEC, response_time_95_s=0.999 * least)
-    with pytest.raises(NoSolutionError, match=rf"up to {least:.4g} s \(drive alone {bound:.4g} s\)"):
+    words = rf"up to {least:.4g} s \(drive alone {bound:.4g} s\)"
+    with pytest.raises(NoSolutionError, match=words):
         check_played_step(MODEL, spec, 50.0, dead_time)
     check_played_step(
         MODEL, msgspec.structs.replace(SPEC, response_time_95_s=1.001 * least), 50.0, dead_time
