@@ -252,7 +252,7 @@ def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportRe
             else ""
         )
         more.append(
-            "rounding of the signals: largest difference of the drive from double "
+            "rounding of the signals: the drive differs from that in double precision by up to "
             f"{vectors.away:.3g} {unit}, {vectors.rms:.3g} rms{apart}"
         )
     return ExportResult(controller, "c", number, origin, files, loop, vectors, tuple(more))

@@ -73,7 +73,7 @@ def check_feedback(
 def limiter_brake(
     limiter: Limiter | None, velocity: Velocity, constant: float, period: float
 ) -> tuple[FeedbackLoop, ...]:
-    """Return the loops near standstill that a limiter's virtual friction closes.
+    """Return the feedback of the speed that a limiter's virtual friction adds near standstill.
 
     The result is empty if there is no limiter or no virtual friction.
 

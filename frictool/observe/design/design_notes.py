@@ -65,8 +65,8 @@ def _constant(switched: Switched) -> str:
         if mode.friction and mode.deviation == UNIT_DEVIATION * mode.friction
     ]
     return (
-        "friction does not depend on the position: "
-        f"gamma refers to a model error of {UNIT_DEVIATION:.0%} of the friction"
+        "the friction is the same at every position: gamma is computed for an assumed error of "
+        f"{UNIT_DEVIATION:.0%} of it"
         if chosen
         else ""
     )
