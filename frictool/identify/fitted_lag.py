@@ -109,8 +109,7 @@ def fitted_lag(
     than the time between the readings of effort and position in one row of the log, if the fit does
     not converge, or if a pure delay explains the effort nearly as well as the lag.
     """
-    known = any(one.sensor_lag > 0.0 or one.velocity is not None for one in records)
-    if known or bench.encoder.time_constant_s is not None or late_position(fit, records) is None:
+    if lag_is_known(records, bench) or late_position(fit, records) is None:
         return None
     model = effect_regression(fit, records, bench, confidence)
     lag = None if model is None else late_fit(fit, records, bench, model, sensed)
@@ -144,6 +143,12 @@ def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Es
     return Estimate(
         value=-late.value, low=-late.high, high=-late.low, unit="s", source="identified"
     )
+
+
+def lag_is_known(records: Sequence[MotionRecord], bench: Bench) -> bool:
+    """Return whether the lag of the position is stated or included, or a velocity was logged."""
+    included = any(one.sensor_lag > 0.0 or one.velocity is not None for one in records)
+    return included or bench.encoder.time_constant_s is not None
 
 
 def may_be_read_apart(least: float, records: Sequence[MotionRecord]) -> bool:

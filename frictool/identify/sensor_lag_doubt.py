@@ -13,7 +13,8 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.effect_regression import EffectRegression
 from frictool.identify.fit_result import Interval
-from frictool.identify.motion_record import READ_APART, MotionRecord
+from frictool.identify.fitted_lag import lag_is_known, may_be_read_apart
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.effects import DELAY
 
 # shortest and longest usual lag of a 4-20 mA transmitter or of a filtered potentiometer, s
@@ -34,8 +35,7 @@ def sensor_lag_doubts(
     the readings of effort and position in one row of the log.
     """
     late = next((one for one in regression.free if one.term == DELAY), None)
-    known = any(one.sensor_lag > 0.0 or one.velocity is not None for one in records)
-    if late is None or known or bench.encoder.time_constant_s is not None:
+    if late is None or lag_is_known(records, bench):
         return []
     found = regression.intervals([late]).get(DELAY)
     rate = regression.rates(late).get("inertia")
@@ -43,7 +43,7 @@ def sensor_lag_doubts(
     if found is None or rate is None or inertia is None:
         return []
     lag = min(-found.low, LONGEST)
-    if lag <= max(SHORTEST, READ_APART * max(one.period for one in records)):
+    if lag <= SHORTEST or may_be_read_apart(lag, records):
         return []
     if inertia.low <= inertia.value - lag * rate <= inertia.high:
         return []

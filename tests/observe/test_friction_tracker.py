@@ -57,7 +57,7 @@ def test_each_end_of_the_viscous_friction_moves_its_end_of_the_interval() -> Non
 
 
 def test_a_fall_that_the_model_lacks_is_part_of_the_friction() -> None:
-    """Of two parts, one has fallen to 1/e at SPEED, the other has vanished."""
+    """At SPEED, one part has fallen to 1/e; the other part has vanished."""
     unit = clutch().parameters.coulomb.value
     fall = UnmodelledFall(
         (SPEED, 0.1 * SPEED), (0.3 * unit, 0.2 * unit), ((unit**2, 0.0), (0.0, unit**2))

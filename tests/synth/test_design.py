@@ -177,7 +177,7 @@ def test_a_bench_without_delay_gets_a_controller_too() -> None:
 
 
 def test_weights_at_the_edge_of_the_numbers_give_nothing_that_is_not_verified() -> None:
-    """Whether the solver comes to an end depends on the processor's rounding."""
+    """The processor's rounding decides whether the solver comes to an end."""
     weights = msgspec.structs.replace(speed_design().weights, drive=0.5e6)
     design = msgspec.structs.replace(speed_design(), weights=weights)
     try:
