@@ -132,9 +132,9 @@ def _of_late_position(
         return reason, ""
     lag, longest = unstated_lag(late), late.interval[1]
     if test is None:
-        return f"{lag}: not simulated; leave out --no-play", ""
+        return f"the logs show {lag}; it was not simulated; leave out --no-play", ""
     failure = _failure(test, test.spec, _slower(controller, longest), _slower(test.model, longest))
-    return (f"with {lag}, {failure}", "") if failure else ("", f"passes with {lag}")
+    return (f"with {lag}, as in the logs, {failure}", "") if failure else ("", f"passes with {lag}")
 
 
 def _slower(document: Document, lag: float) -> Document:

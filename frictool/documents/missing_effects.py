@@ -73,29 +73,31 @@ def missing_late_position(model: Model) -> str | None:
         return None
     value, *ends = (f"{1e3 * one:.{DIGITS}g}" for one in (late.value, *late.interval))
     return (
-        f"the position follows the effort {value} ms ({' to '.join(ends)} ms) late; margins and "
-        "simulations ignore this; if it is not an error of the time stamps, state "
+        f"in the logs, the position lags {value} ms ({' to '.join(ends)} ms) more than the bench "
+        "states; margins and simulations ignore this; unless time stamps are wrong, set "
         "actuator.loop_time_constant_s"
     )
 
 
 def unstated_lag(late: Estimate) -> str:
     """Return words for the longest lag of the interval `late` [s]."""
-    longest = 1e3 * late.interval[1]
-    return f"{longest:.3g} ms more lag, which the logs show and the bench does not state"
+    return f"{1e3 * late.interval[1]:.3g} ms more lag than the bench states"
 
 
 def intolerable_lag(model: Model, controller: Controller) -> str:
     """Return why a loop may be unstable with the lag `late_position`; "" if there is no reason.
 
-    There is a reason if the lag is longer than the delay that the loop tolerates. The result is ""
-    if the document of the controller does not state this delay.
+    There is a reason if the lag is longer than the delay that the loop tolerates. The result is
+    also "" if controller.yaml does not state this delay.
     """
     late, margins = model.late_position, controller.verified.margins
     allowed = None if margins is None else margins.delay_s
     if late is None or allowed is None or late.interval[1] <= allowed:
         return ""
-    return f"{unstated_lag(late)}: the loop tolerates a delay of {1e3 * allowed:.3g} ms only"
+    return (
+        f"the logs show {unstated_lag(late)}; the loop tolerates a delay of only "
+        f"{1e3 * allowed:.3g} ms"
+    )
 
 
 def refuse_sensor_lag(bench: Bench, what: str) -> None:

@@ -404,12 +404,12 @@ class EffectRegression:
         return out
 
     def _spring_instead(self, others: Sequence[Hypothesis]) -> list[AcceptedEffects]:
-        """Return the shift to a fit with a spring and the hypotheses `others`, or [].
+        """Return the parameters' change from the model to a fit with a spring and `others`, or [].
 
         Errors of the differentiated position resemble a delay or a resonance. A delay or a
         resonance can therefore predict the strokes better than a spring, although the spring acts.
         The result is [] unless the spring improves the prediction of the fit with `others` and
-        differs significantly from 0.
+        its stiffness differs significantly from 0.
         """
         spring = next((one for one in self.tested if one.term == SPRING), None)
         if spring is None or not self.rows.visible(spring, others):

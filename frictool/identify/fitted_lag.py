@@ -103,11 +103,14 @@ def late_fit(
 def fitted_lag(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> Interval | None:
-    """Return the time constant [s] of a lag of the position, or None.
+    """Return the time constant [s] of an undeclared lag of the logged position, or None.
 
-    The result is None if the bench states the lag, if the delay of `fit` or the lag may be shorter
-    than the time between the readings of effort and position in one row of the log, if the fit does
-    not converge, or if a pure delay explains the effort nearly as well as the lag.
+    The result is None in four cases:
+
+    - The bench states the lag.
+    - The lag may be shorter than the time between the readings of effort and position in a row.
+    - The iteration for the lag does not converge.
+    - A pure delay explains the effort nearly as well as the lag.
     """
     if lag_is_known(records, bench) or late_position(fit, records) is None:
         return None
@@ -146,13 +149,19 @@ def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Es
 
 
 def lag_is_known(records: Sequence[MotionRecord], bench: Bench) -> bool:
-    """Return whether the lag of the position is stated or included, or a velocity was logged."""
+    """Return whether the position's lag needs no fit.
+
+    Either the bench states the lag, or the records include it, or they contain a logged velocity.
+    """
     included = any(one.sensor_lag > 0.0 or one.velocity is not None for one in records)
     return included or bench.encoder.time_constant_s is not None
 
 
 def may_be_read_apart(least: float, records: Sequence[MotionRecord]) -> bool:
-    """Return whether the readings of a row may explain a lag of at least `least` [s]."""
+    """Return whether the time between the two readings of a row may be at least `least` [s].
+
+    The two readings are those of effort and position.
+    """
     return least <= READ_APART * max(one.period for one in records)
 
 

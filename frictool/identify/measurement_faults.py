@@ -149,7 +149,7 @@ def one_sided_effort(records: list[MotionRecord]) -> str | None:
             side = "negative" if low >= 0.0 else "positive"
             return (
                 f"{Path(record.name).name}: the effort is never {side}, but the axis moves in both "
-                "directions; if another column states the direction, log the drive with its sign"
+                "directions; if another column states the direction, multiply the effort by it"
             )
     return None
 

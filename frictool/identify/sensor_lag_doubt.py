@@ -48,8 +48,8 @@ def sensor_lag_doubts(
     if inertia.low <= inertia.value - lag * rate <= inertia.high:
         return []
     text = (
-        f"inertia includes the lag of the position sensor times {rate:.3g} "
-        f"{si_unit('viscous', bench.axis)}; this log allows up to {1e3 * lag:.0f} ms; state "
-        "encoder.time_constant_s (0: none), or record faster reversals"
+        f"inertia is too large by the lag of the sensor times {rate:.3g} "
+        f"{si_unit('viscous', bench.axis)}; the log does not exclude {1e3 * lag:.0f} ms; set "
+        "encoder.time_constant_s (or 0), or record faster reversals"
     )
     return [("inertia", text)]

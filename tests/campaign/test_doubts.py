@@ -228,7 +228,7 @@ def test_a_lag_that_the_bench_lacks_decides_the_verdict(
     assert passes or "modulus margin is not met" in found.reasons[0]
     bounded = replace(loop, verified=replace(loop.verified, margins=Margins(0.01, delay_s=5e-3)))
     setting = trial().setting._replace(plant=model, controller=bounded)
-    assert ("tolerates a delay of 5 ms only" in doubt_of(player(setting))) != passes
+    assert ("tolerates a delay of only 5 ms" in doubt_of(player(setting))) != passes
     (told,) = missing_effects(model)
     assert f"{1e3 * lag:.3g} ms" in told
 

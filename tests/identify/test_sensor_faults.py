@@ -72,7 +72,7 @@ def test_an_absolute_value_of_the_effort_is_refused_by_name(bench: Bench) -> Non
             refuse_unmeasured([record(position, unsigned)], bench)
         one_sided = one_sided_effort([record(position, effort), record(position, unsigned)])
         assert one_sided is not None
-        assert "log the drive with its sign" in one_sided
+        assert "multiply the effort by it" in one_sided
     assert one_sided_effort([record(position, effort)]) is None
 
 
