@@ -43,7 +43,7 @@ from frictool.identify.measurement.winding import (
     RESISTANCE,
     winding_of_records,
 )
-from frictool.identify.motion_record import JITTER, READ_APART, MotionRecord, fitted_part
+from frictool.identify.motion_record import JITTER, READ_APART, MotionRecord, fitted_sensor_lag
 from frictool.identify.rows.effects import DELAY
 
 WHAT = "the inductance of the winding"
@@ -118,8 +118,8 @@ def winding_delay(
     if regression is None or not bench.actuator.winding_delays:
         return None
     alone = regression.intervals().get("inertia")
-    most = regression.undelayed_viscous(viscous)
-    stated = viscous * max(record.lag + fitted_part(record, bench) for record in records)
+    most = regression.inertia_with_undelayed_viscous(viscous)
+    stated = viscous * max(record.lag + fitted_sensor_lag(record, bench) for record in records)
     if alone is None or (most is None and stated == 0.0):
         return None
     increase = stated + (0.0 if most is None else most.value - alone.value)

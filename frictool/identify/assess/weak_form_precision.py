@@ -32,7 +32,7 @@ from frictool.identify.excite.cramer_rao import (
     regressors,
 )
 from frictool.identify.rows.smoothing import SHORTEST
-from frictool.plant.weak_form import bell
+from frictool.plant.weak_form import sampled_test_function
 from frictool.typing import Vector
 
 STROKE_SHARE = 0.25  # longest window relative to the median stroke
@@ -80,7 +80,7 @@ def _deviation(
     window: int,
     share: float,
 ) -> Vector:
-    g = bell(window)
+    g = sampled_test_function(window)
     c = np.convolve(g, [1.0, -2.0, 1.0]) / sensing.period**2
     slope = np.convolve(g, np.array([1.0, 0.0, -1.0]) / (2.0 * sensing.period))
     by_position = axis.inertia * c + axis.viscous * slope[::-1]

@@ -53,7 +53,7 @@ SCATTER = 2.0  # least significant difference, in standard errors
 LEAST_ERROR = 1e-9  # the share of an effort that is always 0 has no error
 
 
-class _Found(NamedTuple):
+class _WindowOscillation(NamedTuple):
     """Free oscillation, and the index of the first sample of its window."""
 
     start: int
@@ -123,7 +123,7 @@ def _of_record(record: MotionRecord, axis: Rigidity) -> list[FreeOscillation]:
     Windows belong to the same stop if the position hardly moves between their starts.
     """
     found = [one for window in WINDOWS for one in _in_windows(record, window, axis)]
-    groups = list[list[_Found]]()
+    groups = list[list[_WindowOscillation]]()
     for one in sorted(found, key=lambda one: one.start):
         if groups:
             between = record.position[groups[-1][0].start : one.start + 1]
@@ -136,7 +136,9 @@ def _of_record(record: MotionRecord, axis: Rigidity) -> list[FreeOscillation]:
     return [min(group, key=lambda one: one.rate_error / one.rate) for group in every]
 
 
-def _in_windows(record: MotionRecord, window: float, axis: Rigidity) -> Iterator[_Found]:
+def _in_windows(
+    record: MotionRecord, window: float, axis: Rigidity
+) -> Iterator[_WindowOscillation]:
     """Yield the free oscillations in windows of `window` seconds after the stops of a record."""
     size = round(window / record.period)
     step = max(1, size // SAMPLES)
@@ -170,7 +172,7 @@ def _in_windows(record: MotionRecord, window: float, axis: Rigidity) -> Iterator
             rest = StopWindow(position[inside], effort[inside], period, moved, record.resolution)
             oscillation = free_oscillation(rest, rate / span, decay / span, axis)
             if oscillation is not None:
-                yield _Found(first * step, oscillation)
+                yield _WindowOscillation(first * step, oscillation)
 
 
 def _stops(position: Vector, samples: int, count: float) -> Iterator[int]:
