@@ -120,7 +120,7 @@ def _called(members: list[FleetLog], each: str) -> PurePosixPath:
 
 
 def _relative_paths(called: list[PurePosixPath]) -> list[PurePosixPath]:
-    """Return relative paths: without `..`, and without the parent that all absolute paths share."""
+    """Return the paths without `..`; absolute paths become relative to their common parent."""
     rooted = [one for one in called if one.is_absolute()]
     top = (
         PurePosixPath(os.path.commonpath([one.parent for one in rooted]))

@@ -100,8 +100,8 @@ class WidenedFit:
 
     - effect: effects with the smallest p-value; None if no p-value is small enough for a report, or
       if the effects hardly improve the prediction
-    - ratios: width of the interval after and before the widening, as a ratio, for each parameter
-      whose interval becomes much wider
+    - ratios: for each parameter whose interval becomes much wider, the width after the widening
+      divided by the width before
     - beyond: (name of an effect, parameters that the effect moves out of their intervals if its
       effort is as large as fitted); None if there is no such effect
     - cautions: pairs of a parameter's name and a warning about this parameter

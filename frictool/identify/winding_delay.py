@@ -21,9 +21,10 @@ current i over a period then differs from the mean of the two readings by
 
     g i' + g K a/R        g = T (coth(r/2)/2 - 1/r), r = R T/L
 
-for readings before the updates of the voltage, and by its negative for readings after them. A fit
-with a delay contains the first term: g is the fitted delay relative to the mean of two readings.
-The second term changes the inertia by g K^2/R, at most T/2 K^2/R (`current_between_samples`).
+for readings before the updates of the voltage, and by the negative of this expression for readings
+after the updates. A fit with a delay contains the first term: g is the fitted delay relative to the
+mean of two readings. The second term changes the inertia by g K^2/R, at most T/2 K^2/R
+(`current_between_samples`).
 """
 
 from __future__ import annotations

@@ -105,7 +105,7 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
 
 
 def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
-    """Return why `is_ramp` rejects a log that rests most of the time; None if it has no ramps."""
+    """Return why `is_ramp` rejects a log that rests most of the time; None without ramps."""
     record = _steady(record)
     rests = _rests(record, _heaviest(bench))
     if resting_time(rests) < REST_SHARE * record.position.size:

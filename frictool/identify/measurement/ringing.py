@@ -5,8 +5,8 @@ The first windows after each stop, with the lengths WINDOWS, are searched for a 
 
 - at least LEAST_STOPS stops, and at least half of all stops with an oscillation, agree in the
   frequency within the relative difference AGREE
-- the oscillations decay: none grows significantly, and their mean decay differs from 0 by CERTAIN
-  standard errors. The amplitude of a self-excited oscillation also increases at times.
+- the oscillations decay: none grows significantly, and their mean decay rate differs from 0 by
+  CERTAIN standard errors (the amplitude of a self-excited oscillation would also increase at times)
 - effort and load do not cause the oscillations: the mean `share` of the acceleration that effort
   and load explain (`free_oscillation.py`) is significantly below DRIVEN
 """
@@ -63,8 +63,9 @@ class _WindowOscillation(NamedTuple):
 def ringing(records: Sequence[MotionRecord], model: Model) -> Oscillation | None:
     """Return the oscillation of the axis after its stops, or None if the records show none.
 
-    With the confidence of the model, the interval of the frequency contains the frequency after one
-    further stop. Records with a measured velocity are not searched.
+    The interval of the frequency is a prediction interval: it contains the frequency after one
+    further stop, with the confidence of the model. Records with a measured velocity are not
+    searched.
     """
     actuator = model.bench.actuator
     late = (model.bench.delay_samples + 1) * model.bench.sample_period_s

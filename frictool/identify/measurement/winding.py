@@ -3,8 +3,9 @@
     voltage(t - delay) = resistance (i - offset) + constant v + inductance i'
 
 A driver of bipolar transistors and the brushes of the motor take a voltage that does not grow with
-the current. The voltage above is then sign(u) max(|u| - drop, 0) of the logged voltage u. The drop
-is fitted if its interval is above zero. Without it, the resistance would be too large.
+the current. In the equation, the voltage is then sign(u) max(|u| - drop, 0), where u is the logged
+voltage. The drop is fitted if its interval is above zero. Without the drop, the resistance would be
+too large.
 
 Let R be the resistance, K the constant, L the inductance, T the sample period and e = exp(-R T/L).
 The voltage of a row is constant until the next row. The currents i at two successive samples

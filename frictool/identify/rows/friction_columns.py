@@ -92,7 +92,7 @@ def names_to(order: int) -> list[str]:
 
 
 def bend_column(parts: Sequence[FrictionRows], knee: float) -> Vector:
-    """Return the regressor (m,) of viscous friction above the speed `knee` [rad/s | m/s]."""
+    """Return the regressor (m,) of viscous friction added above the speed `knee` [rad/s | m/s]."""
     return np.concatenate(
         [rows.windowed_mean(rows.sign * np.maximum(rows.speed - knee, 0.0)) for rows in parts]
     )
