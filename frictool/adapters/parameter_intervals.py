@@ -44,9 +44,9 @@ def ranges(
     """Return the parameter intervals from which `simulate` and `campaign` draw.
 
     An interval contains the model's interval, which describes the axis during the log, and the
-    range in bench.yaml, which describes the product's life. It covers all directions and regimes;
-    friction that varies with position is replaced by its mean. A value in bench.yaml without a
-    range is a single point.
+    range in bench.yaml, which describes the product's life. The interval covers all directions and
+    regimes; friction that varies with position is replaced by its mean. A value in bench.yaml
+    without a range is a single point.
 
     `factors`: factors > 0 of the model's parameters by name, for example at another temperature;
         the ranges in bench.yaml are not multiplied.
@@ -77,8 +77,8 @@ def breakaway_interval(model: Model) -> tuple[float, float] | None:
     """Return the interval of the breakaway [N m | N] that does not depend on the Coulomb friction.
 
     This is the range in bench.yaml together with the model's interval. Without a range in
-    bench.yaml, it is the interval from the logs if these do not show the Coulomb friction. Return
-    None if there is no such interval, so that `breakaway_ratio` applies.
+    bench.yaml, the result is the interval from the logs if the logs do not show the Coulomb
+    friction. Return None if there is no such interval, so that `breakaway_ratio` applies.
     """
     today, lifelong = model.parameters, model.bench.mechanics.breakaway
     if lifelong is not None and lifelong.interval[0] < lifelong.interval[1]:

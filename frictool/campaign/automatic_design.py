@@ -69,8 +69,8 @@ EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified
 class AutomaticDesign(ResultView):
     """Outcomes of the searched families (controllers of one structure), in the order of the search.
 
-    A design that meets the specification can only be in the last outcome. `findings`: result of the
-    examination after all searches failed; None if a search succeeded.
+    A design that meets the specification can only be in the last outcome. `findings`: findings on
+    the candidates if all searches failed; None if a search succeeded.
     """
 
     outcomes: tuple[FamilyOutcome, ...]
@@ -199,7 +199,7 @@ class _Search:
         """Search slower loops if the found loop may fail because the axis rings after its stops.
 
         The searches end with a loop that tolerates the ringing, or if no slower loop of the family
-        meets the specification. Return the slowest loop that meets it.
+        meets the specification. Return the slowest loop that meets the specification.
         """
         if undeclared_ringing(self.test.model) is None or not found.passed:
             return found

@@ -69,8 +69,8 @@ class CampaignRequest:
     Attributes
     ----------
     trials : int or None
-        Number of draws. By default 1000; for method `vertices` all vertices, at most 4096.
-    method : {"random", "latin", "vertices"}
+        Number of draws. The default is 1000; for method `vertices`, it is all vertices, or 4096
+    random ones if there are more. method : {"random", "latin", "vertices"}
         Method that chooses the draws.
     seed : int or None
         Seed of draws and noise; by default the scenario's seed.
@@ -203,7 +203,7 @@ def campaign(
 def findings_of(
     trial: TrialPlayer, trials: Trials, worst: Sequence[WorstCase], request: CampaignRequest
 ) -> Findings:
-    """Return the statistics of the trials, with the warnings and the doubt about their setting."""
+    """Return the statistics of the trials, with the warnings and the doubt about the test."""
     return find(
         trials,
         request.method,
@@ -226,7 +226,7 @@ def conduct(
 ) -> tuple[Trials, list[WorstCase]]:
     """Run the trials of all draws, and search for the worst cases if `evaluations` is not 0.
 
-    `shared`: function that `sharing` returned; it takes the expected duration of the work [s].
+    `shared`: result of `sharing`, a function of the expected duration of the work [s].
     `commands`: function that returns the commands to simulate the scenario file of a given name.
 
     Raises NoSolutionError if the simulation of the nominal plant decides no requirement.

@@ -57,9 +57,9 @@ class DesignTest:
     `names`: names of the plants by index.
     `starts`: initial positions of the plants [rad | m], at different fractions of an encoder count.
     `vertices`: number n of vertices. `plants` contains, in this order, the nominal plant, the n
-    vertices, the same n vertices with the start moved by half an encoder count, and drawn plants. A
-    breakaway with a range is at its upper end in the first n vertices, and at its lower end in the
-    other n vertices.
+    vertices, the same n vertices with the start moved by half an encoder count, and drawn plants.
+    If the breakaway has a range, it is at the upper end in the first n vertices, and at the lower
+    end in the other n vertices.
     `by_default`: True if `default_scenario` created the scenario.
     """
 
@@ -75,7 +75,7 @@ class DesignTest:
 
     @cached_property
     def extremes(self) -> tuple[int, ...]:
-        """Return the indices of the vertices that EXTREMES describes; (0,) without vertices."""
+        """Return the indices of the vertices nearest to EXTREMES; (0,) without vertices."""
         if not self.vertices:
             return (0,)
         vertices = self.plants[1 : 1 + self.vertices]
@@ -99,12 +99,12 @@ class DesignTest:
         return self.judge_of(self.scenario, self.spec)
 
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return judges with new random plants and shifted positions, one for each entry of MOVED.
+        """Return judges with new random plants and shifted positions: one judge per entry of MOVED.
 
         An entry of MOVED shifts the start positions and the targets by fractions of an encoder
-        count. Each judge simulates the nominal plant, the vertices and OTHERS new random plants. A
-        breakaway with a range is at its upper end in the vertices of the first judge, at its lower
-        end in the vertices of the second judge, and so on alternately.
+        count. Each judge simulates the nominal plant, the vertices and OTHERS new random plants. If
+        the breakaway has a range, it is at the upper end in the vertices of every other judge, from
+        the first judge on, and at the lower end in the vertices of the remaining judges.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -165,7 +165,7 @@ class DesignTest:
         places: Sequence[float],
         target: float = 0.0,
     ) -> ControllerJudge:
-        """Return a judge of `plants` in another scenario and with other requirements.
+        """Return a judge that simulates `plants` in `scenario` and applies `spec`.
 
         - places: shift of each plant's start [encoder counts]
         - target: shift of the targets [encoder counts]
@@ -183,7 +183,7 @@ class DesignTest:
         return structs.replace(step, reference=structs.replace(step.reference, value=value))
 
     def judge_of(self, scenario: Scenario, spec: Spec) -> ControllerJudge:
-        """Return a judge with the same plants, another scenario and other requirements."""
+        """Return a judge that simulates this test's plants in `scenario` and applies `spec`."""
         return ControllerJudge(self.model, scenario, spec, self.plants, starts=self.starts)
 
 
@@ -238,7 +238,7 @@ def design_test(
     steps = default_scenario(model, spec) if scenario is None else scenario
     played = structs.replace(steps, seed=steps.seed or SEED)
     nominal, *vertices = plants_of_model(model, played)
-    lowest, highest = (with_breakaway(model, vertices, end) for end in (0.0, 1.0))
+    lowest, highest = (with_breakaway(model, vertices, part) for part in (0.0, 1.0))
     drawn: list[dict[str, float]] = []
     if len(vertices) > 1 or highest != lowest:
         drawn = plants_of_model(model, played, random=DRAWN)[1 + len(vertices) :]
@@ -248,9 +248,9 @@ def design_test(
     places = [0.0] * (1 + len(vertices)) + [0.5] * len(vertices)
     places += [math.fmod(index * GOLDEN, 1.0) for index in range(1, len(drawn) + 1)]
     named = [f"v{index:02d}" for index in range(1, len(vertices) + 1)]
-    ends = ("", "") if highest == lowest else (", largest breakaway", ", smallest breakaway")
-    names = ["nominal plant", *(f"{name}{ends[0]}" for name in named)]
-    names += [f"{name}{ends[1]}, start moved by half an encoder count" for name in named]
+    suffixes = ("", "") if highest == lowest else (", largest breakaway", ", smallest breakaway")
+    names = ["nominal plant", *(f"{name}{suffixes[0]}" for name in named)]
+    names += [f"{name}{suffixes[1]}, start moved by half an encoder count" for name in named]
     names += [f"drawn plant {index}" for index in range(1, len(drawn) + 1)]
     return DesignTest(
         model,
@@ -289,12 +289,12 @@ def _likeness(plant: PlantValues, plants: Sequence[PlantValues], extreme: PlantV
     return total
 
 
-def _about(scenario: Scenario, vertices: int, drawn: int, ends: bool) -> str:
+def _about(scenario: Scenario, vertices: int, drawn: int, ranged: bool) -> str:
     lengths = step_lengths(scenario)
     count = f"{len(lengths)} step{'s' * (len(lengths) > 1)}"
     steps = f"{count} of {lengths_text(lengths, scenario.axis)}, " if lengths else ""
     on = (
-        f"nominal plant, {vertices} vertices {'with largest and smallest breakaway ' * ends}"
+        f"nominal plant, {vertices} vertices {'with largest and smallest breakaway ' * ranged}"
         f"from 2 positions within an encoder count, {drawn} drawn plants (seed {scenario.seed})"
     )
     return f"{scenario.name}, {steps}{scenario.seconds:.4g} s; " + (
@@ -319,8 +319,8 @@ def step_lengths(scenario: Scenario) -> list[float]:
 
 
 def lengths_text(lengths: Sequence[float], axis: Axis) -> str:
-    """Return the range of at least one length [rad | m] as text, such as "5 to 50 rad"."""
-    low, high = (f"{end(lengths):.4g}" for end in (min, max))
+    """Return the range of `lengths` [rad | m], one or more, as text, such as "5 to 50 rad"."""
+    low, high = (f"{extreme(lengths):.4g}" for extreme in (min, max))
     return f"{low if low == high else f'{low} to {high}'} {si_unit('position', axis)}"
 
 

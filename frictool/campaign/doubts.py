@@ -1,8 +1,9 @@
 """Reasons why a controller that passes its test on a model may fail on the axis.
 
 - The axis rings after its stops, but the model is rigid. This is no reason if two conditions hold
-  on plants of two inertias (verify/ringing_loop.py): the loops have the specified margin, and the
-  controller meets the specification in the steps of the test (nominal parameters only).
+  on plants of two inertias that ring like the axis (verify/ringing_loop.py): the loops have the
+  specified margin, and the controller meets the specification in the steps of the test (nominal
+  parameters only).
 - The logs show a lag or delay that the bench does not state (`late_position`). This is no reason
   if the loops tolerate a delay of this length, and if the controller meets the specification in the
   steps of the test with a drive that has this lag in addition (nominal parameters only).
@@ -149,7 +150,7 @@ def _of_side(model: Model, controller: Controller, test: DesignTest | None) -> t
     side = model.valid_side
     assert side is not None
     if test is not None:
-        ends = test.judge.reference_range(controller)
-        if left := side.left_words(model.axis, *ends, "steps"):
+        path = test.judge.reference_range(controller)
+        if left := side.left_words(model.axis, *path, "steps"):
             return f"{left}; pass steps on this side (--scenario), or log the other side", ""
     return "", f"valid {side.place(model.axis)} only; elsewhere, the logs show another load"

@@ -164,9 +164,10 @@ def _meets_nominal(test: DesignTest, one: Candidate, controllers: CandidateContr
 
 
 def widest_ranges(model: Model) -> list[tuple[str, VariedParameter]]:
-    """Return the parameters with wide ranges that a test of `excite --for` narrows, widest first.
+    """Return the parameters with wide ranges that a test can narrow, widest range first.
 
-    The width is the upper end divided by the lower end. A range from 0 comes last.
+    `excite --for` plans such a test. The width of a range is its upper end divided by its lower
+    end. A range that begins at 0 comes last.
     """
     wide = [
         (name, one)
@@ -190,12 +191,12 @@ def _confirmed(
     test: DesignTest, name: str, parameter: VariedParameter, cut: _Cut
 ) -> tuple[NarrowerRange | None, int]:
     """Return (range up to a cut, or None if the candidate fails with it; number of runs)."""
-    ends = (parameter.low, cut.value) if cut.upper else (cut.value, parameter.high)
-    if not ends[0] <= parameter.nominal <= ends[1]:
+    bounds = (parameter.low, cut.value) if cut.upper else (cut.value, parameter.high)
+    if not bounds[0] <= parameter.nominal <= bounds[1]:
         return None, 0  # the value was rounded past the nominal value
-    model = narrowed(test.model, name, ends)
+    model = narrowed(test.model, name, bounds)
     reached = parameters_of(model)[name]
-    if not np.allclose((reached.low, reached.high), ends, rtol=1e-9, atol=0.0):
+    if not np.allclose((reached.low, reached.high), bounds, rtol=1e-9, atol=0.0):
         return None, 0  # another parameter or direction determines the range
     try:
         narrow = design_test(model, test.spec, test.scenario)
@@ -207,26 +208,30 @@ def _confirmed(
     if not passed:
         return None, plants
     whole = parameter.low, parameter.high
-    return NarrowerRange(name, *ends, whole, parameter.unit), plants
+    return NarrowerRange(name, *bounds, whole, parameter.unit), plants
 
 
-def narrowed(model: Model, name: str, ends: tuple[float, float]) -> Model:
-    """Return the model with a parameter's ranges, over the product's life and today, cut to `ends`.
+def narrowed(model: Model, name: str, bounds: tuple[float, float]) -> Model:
+    """Return the model with two ranges of a parameter, over the product's life and today, cut.
 
-    If `name` is the Coulomb friction and the breakaway has a fixed ratio to it, the breakaway keeps
-    this ratio.
+    Both ranges are cut to `bounds`. If the parameter `name` is the Coulomb friction, and the ratio
+    of breakaway to Coulomb friction is fixed, the breakaway keeps this ratio.
 
     """
     bench, today = model.bench, model.parameters
     if name == "constant":
-        actuator = structs.replace(bench.actuator, constant=_within(bench.actuator.constant, ends))
+        actuator = structs.replace(
+            bench.actuator, constant=_within(bench.actuator.constant, bounds)
+        )
         return structs.replace(model, bench=structs.replace(bench, actuator=actuator))
     estimate: Estimate = getattr(today, name)
-    lifelong = getattr(bench.mechanics, name) or Quantity(estimate.value, *ends, unit=estimate.unit)
-    changed: dict[str, Estimate] = {name: _within(estimate, ends)}
+    lifelong = getattr(bench.mechanics, name) or Quantity(
+        estimate.value, *bounds, unit=estimate.unit
+    )
+    changed: dict[str, Estimate] = {name: _within(estimate, bounds)}
     if name == "coulomb" and breakaway_interval(model) is None:
         changed["breakaway"] = _in_proportion(today.breakaway, estimate, changed[name])
-    mechanics = structs.replace(bench.mechanics, **{name: _within(lifelong, ends)})
+    mechanics = structs.replace(bench.mechanics, **{name: _within(lifelong, bounds)})
     return structs.replace(
         model,
         bench=structs.replace(bench, mechanics=mechanics),
@@ -234,8 +239,8 @@ def narrowed(model: Model, name: str, ends: tuple[float, float]) -> Model:
     )
 
 
-def _within(one: Range, ends: tuple[float, float]) -> Range:
-    value, low, high = (min(max(end, ends[0]), ends[1]) for end in (one.value, *one.interval))
+def _within(one: Range, bounds: tuple[float, float]) -> Range:
+    value, low, high = (min(max(end, bounds[0]), bounds[1]) for end in (one.value, *one.interval))
     return structs.replace(one, value=value, low=low, high=high)
 
 

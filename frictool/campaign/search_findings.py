@@ -127,25 +127,25 @@ class CandidateExamination:
         return replace(one, runs=tuple(runs), extent=PlayedExtent.ALL)
 
     def _runs(
-        self, design: Design, ends: Callable[[JudgedRuns], bool], until: bool = False
+        self, design: Design, condition: Callable[[JudgedRuns], bool], until: bool = False
     ) -> Iterator[JudgedRuns]:
-        """Yield the results of a design in each test, up to the first test that satisfies `ends`.
+        """Yield the results of a design in each test, up to the first that meets `condition`.
 
-        - ends: condition on the results of a test
-        - until: True to stop a test as soon as the results so far satisfy `ends`
+        - condition: function of the results of a test, True to end the sequence
+        - until: True to stop a test as soon as its results so far meet `condition`
         """
         controller = self.controller(design)
-        whole = self.tests.whole(controller, None, ends if until else None)
+        whole = self.tests.whole(controller, None, condition if until else None)
         yield whole
-        if ends(whole):
+        if condition(whole):
             return
-        short = self.tests.short(controller, None, ends if until else None)
+        short = self.tests.short(controller, None, condition if until else None)
         yield short
-        if ends(short):
+        if condition(short):
             return
         for runs in self.tests.without_reserve(controller, whole):
             yield runs
-            if ends(runs):
+            if condition(runs):
                 return
 
     def _places(self, best: Candidate) -> dict[str, str]:
@@ -196,15 +196,15 @@ class CandidateExamination:
     def _passing_limit(self, design: Design, metric: Any) -> float | None:
         """Return the limit of a requirement with which a design passes every test, or None."""
 
-        def ends(played: JudgedRuns) -> bool:
+        def condition(played: JudgedRuns) -> bool:
             return others_missed(missing(played), metric.key)
 
         try:
-            runs = tuple(self._runs(design, ends, until=True))
+            runs = tuple(self._runs(design, condition, until=True))
         except UNUSABLE:
             return None
         value = Candidate(design, np.empty(0), runs).worst(metric)
-        if ends(runs[-1]) or not math.isfinite(value):
+        if condition(runs[-1]) or not math.isfinite(value):
             return None
         limit = rounded_outwards(value, metric.relation)
         spec = self.test.spec

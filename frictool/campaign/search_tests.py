@@ -1,4 +1,4 @@
-"""Tests of a search for a controller: shortened tests, the complete test, and other positions."""
+"""Tests of a search for a controller: shortened tests, the complete test, and shifted positions."""
 
 from __future__ import annotations
 

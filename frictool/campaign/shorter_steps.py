@@ -45,7 +45,7 @@ UNJUDGED = (*LONG_HOLD, "modulus_margin")  # the margin does not depend on the s
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShorterStep(ResultView):
-    """Verdict on steps of `length` from the position `start` [rad | m], back, and away again."""
+    """Verdict on a step of `length` [rad | m] from the position `start`, back, and out again."""
 
     length: float
     start: float
@@ -101,8 +101,8 @@ def play_shorter_steps(test: DesignTest, controller: Controller) -> ShorterSteps
     """Simulate steps shorter than a test's steps, with the nominal plant and extreme vertices.
 
     Return None in three cases: the user provided the scenario of the test; the specification
-    applies to no shorter step (`shortest_step`); or it has no requirement that a shorter step can
-    decide.
+    applies to no shorter step (`shortest_step`); or the specification has no requirement that a
+    shorter step can decide.
     """
     model, spec = test.model, test.spec
     judged = structs.replace(spec, **dict.fromkeys(UNJUDGED))
@@ -167,16 +167,16 @@ def with_tolerance(model: Model, spec: Spec, length: float) -> Spec:
 
 
 def _scenarios(test: DesignTest, length: float) -> list[Scenario]:
-    """Return two scenarios: steps of `length` [rad | m] from either end inwards, back, and inwards.
+    """Return two scenarios: steps of `length` [rad | m] from one end inwards, back, and inwards.
 
-    The ends are the lowest and the highest position of the default steps. The first step of a
-    scenario is not judged if the axis does not move (reference_holds.py). Therefore this step is
-    repeated.
+    The end is the lowest position of the default steps in one scenario, and the highest in the
+    other. The first step of a scenario is not judged if the axis does not move
+    (reference_holds.py). Therefore this step is repeated.
 
     """
     model = test.model
     durations = [step_duration(model, test.spec)] * 3
-    low, high = (place_on_travel(model, end(PLACES)) for end in (min, max))
+    low, high = (place_on_travel(model, extreme(PLACES)) for extreme in (min, max))
     return [
         structs.replace(
             steps_scenario(model, start, [start + step, start, start + step], durations),

@@ -272,7 +272,7 @@ def _play(
     count = draws.units.shape[0]
     already = len(store.trials)
     if already:
-        others = "; the others are simulated" if already < count else ""
+        others = "; the remaining trials are simulated" if already < count else ""
         note(f"{store.path}: {min(already, count)} of {count} trials are stored{others}")
     request = options.request
     commands = commands_of(paths, options.worst or Path(), request.number)

@@ -109,7 +109,7 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
     "--measurement",
     is_flag=True,
     help=(
-        "Also identify the bench: backlash, delay of the drive, time constant of the current loop."
+        "Also identify properties of the bench: backlash, drive delay, current-loop time constant."
     ),
 )
 @click.option(

@@ -33,8 +33,8 @@ Design an observer of velocity and friction from a model.
 
 multiplicative and additive are switched observers. They also estimate alpha, the factor or the
 effort by which the friction has grown. The gains bound the ratio of the estimation error to the
-model error by gamma, and make the error decay under all allowed switches. Three checks follow: the
-inequalities hold with the stored gains, the error of every mode decays, and simulated switching
+model error by gamma, and make the error decay for all allowed mode switches. Three checks follow:
+the inequalities hold with the stored gains, the error of every mode decays, and simulated switching
 sequences stay below gamma. If a check fails, nothing is written and the exit code is 4. These
 observers need a fine encoder.
 

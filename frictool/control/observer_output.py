@@ -8,7 +8,7 @@ from frictool.control.program import ProgramNode
 
 
 class ObserverNodes(NamedTuple):
-    """Nodes of an observer's estimates at a sample, which do not use the drive of this sample.
+    """Nodes of an observer's estimates at a sample; the drive of this sample is not used.
 
     - position: estimated position [rad | m]
     - velocity: estimated velocity [rad/s | m/s]

@@ -1,8 +1,7 @@
 """Observer for a coarse encoder, corrected only if the estimate leaves a dead zone.
 
-    m    = y - x with a dead zone of +-cell/2            y: measured position, the lower edge of a
-    count
-                                                         x: estimate in encoder readings
+    m    = y - x with a dead zone of +-cell/2        y: measured position, lower edge of a count
+                                                     x: estimate in encoder readings
     x^   = x + L1 m        v^ = v + L2 m        d^ = d + L3 m while the axis moves
     v+   = v^ + T/J (e - offset - viscous v^ - dry friction + d^)
            0 if this effort cannot move the axis: Coulomb friction by an implicit step
@@ -14,7 +13,7 @@ zone nothing is corrected: between two counts the model determines the speed, wh
 The dry friction is the value of the friction map at x^; while the backlash is open, it is the
 friction of the motor alone. The backlash follows thesis (4.45). The disturbance d [N m | N] is the
 effort that the model lacks, added to the drive. At rest, d is limited. If the drive's effort
-exceeds the breakaway friction by x (negative backward), d is between 0 and -x; otherwise d is 0.
+exceeds the breakaway friction by g (negative backward), d is between 0 and -g; otherwise d is 0.
 
 Property: in slip, while m is not 0, the estimation error is linear with three poles at exp(-w T)
 (observe/design/tracking.py), where w is the observer's bandwidth. With cell = 0 the observer is

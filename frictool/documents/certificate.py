@@ -70,7 +70,7 @@ class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     - `drive`: Weight W3 on the drive that reaches the actuator.
     - `command`: Weight on the commanded drive.
     - `noise`: Noise weight W4.
-    - `eta`: Weight on eta, the input of the linear controller, which is a position error.
+    - `eta`: Weight on eta, the position error that is the input of the linear controller.
     """
 
     error: Filter

@@ -142,7 +142,7 @@ class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class ControllerCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Command of a supervisor, which acts from the first sample at or after `at_s`.
+    """Supervisor's command, which acts from the first sample at or after `at_s`.
 
     - `command`: Command by name. `disable`: the drive is 0 until the command `enable`. `enable`:
       the controller starts at rest at the measured position. `hold`: the last valid reference is

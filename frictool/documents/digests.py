@@ -1,4 +1,4 @@
-"""Digests of a controller's blocks, which reveal changes since the controller was verified.
+"""Digests of a controller's blocks, to detect changes after the controller's verification.
 
 No property of the linear loop depends on the gain of a position law, on the prefilter or on the
 specified margin. Therefore only a digest reveals a change of these values. Proofs do not use

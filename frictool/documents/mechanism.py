@@ -492,7 +492,7 @@ class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     - `source`: Name of the source.
     - `sensor`: Name of the sensor.
-    - `load`: Block of the load. The default is the block with the most links between it and the
+    - `load`: Block of the load. The default is the block that the most links separate from the
       sensor.
     """
 

@@ -43,7 +43,7 @@ def missing_ringing(model: Model) -> str | None:
     value, *ends = (f"{rate / (2.0 * math.pi):.3g}" for rate in rates)
     return (
         f"after stops, the position rings at {value} Hz ({' to '.join(ends)} Hz); margins and "
-        "simulations ignore this compliance; test controllers on a mechanism that has it"
+        "simulations ignore this oscillation; test controllers on a mechanism that has it"
     )
 
 
@@ -56,7 +56,7 @@ def missing_side(model: Model) -> str | None:
 
 
 def missing_sensor_lag(model: Model) -> str | None:
-    """Return a warning if the position sensor has a lag: only evaluations of logs include it."""
+    """Return a warning if the position sensor has a lag; only evaluations of logs include it."""
     lag = model.bench.encoder.lag_s
     if lag == 0.0:
         return None

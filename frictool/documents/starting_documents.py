@@ -205,7 +205,7 @@ def _flow(value: dict[str, Any]) -> str:
 
 
 def quoted(text: str) -> str:
-    """Return a text as a YAML scalar on one line, which is also valid between braces.
+    """Return a text as a YAML scalar on one line; the scalar is also valid between braces.
 
     The scalar is put in double quotes, with escapes, unless YAML reads the plain text as the same
     text.

@@ -39,7 +39,7 @@ class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     - `modulus_margin`: Modulus margin that the error weight W2 requires.
     - `static_error`: Relative static error that the error weight W2 allows.
     - `noise_filter`: Frequency dependence of the noise weight W4. By default W4 is constant.
-    - `eta`: Weight on eta, the input of the linear controller, which is a position error.
+    - `eta`: Weight on eta, the position error that is the input of the linear controller.
     - `uncertainty_hz`: Corner frequency of the uncertainty weight W5. The default is W5 = 1.
     - `count_share`: Fraction of the drive's limit that one encoder count may command. This key is
       used if `command` is absent.

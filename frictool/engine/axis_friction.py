@@ -110,7 +110,7 @@ def distance_to_stop(p: Vector, x: float, direction: float) -> float:
 
 
 @kernel
-def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
+def next_boundary(p: Vector, x: float, direction: float) -> tuple[float, int]:
     """Return the distance [rad | m] from x to the next boundary in `direction`, and its kind.
 
     The boundary is an end stop (kind END_STOP), or an end of the range in which polynomials

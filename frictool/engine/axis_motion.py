@@ -28,7 +28,7 @@ from frictool.engine.axis_friction import (
     Laws,
     at_edge,
     is_curved,
-    next_place,
+    next_boundary,
     slip_line,
     speed_band,
     strength,
@@ -82,7 +82,7 @@ def _rest(
     The direction is 0 if the axis does not break away.
 
     refused: direction in which the axis cannot break away, because a slip in this direction has
-    just ended at its start; 0 if there is none.
+    just ended at the instant of its start; 0 if there is none.
     """
     lag = p[ax.LAG]
     drive = state[ax.DRIVE]
@@ -172,7 +172,7 @@ def _straight_slip(
     if laws is not None:
         if driving:
             lower, upper = speed_band(p, abs(state[ax.VELOCITY]))
-        ahead, _ = next_place(p, state[ax.POSITION], direction)
+        ahead, _ = next_boundary(p, state[ax.POSITION], direction)
         if ahead < length:
             length, kind_of_end = ahead, PLACE
         if length <= 0.0:
@@ -199,12 +199,12 @@ def _straight_slip(
 
 @kernel
 def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
-    """Update the state at a boundary (`next_place`); return the direction of motion afterwards.
+    """Update the state at a boundary (`next_boundary`); return the direction of motion afterwards.
 
     An axis that is pressed against the stop would rebound infinitely often in a finite time.
     Rebounds with a flight shorter than SHORTEST_FLIGHT are therefore left out.
     """
-    _, kind_of_end = next_place(p, start, direction)
+    _, kind_of_end = next_boundary(p, start, direction)
     if kind_of_end == MAP_EDGE:
         low, high = p[al.MAP_LOW], p[al.MAP_HIGH]
         state[ax.POSITION] = (

@@ -62,7 +62,7 @@ class RampProgress(NamedTuple):
 
 
 @inner_kernel
-def next_place(
+def next_progress(
     progress: RampProgress,
     rows: int,
     segment: Vector,
@@ -197,7 +197,9 @@ def play_ramps(
     progress = RampProgress(0, segment[0], measure(state[POSITION], axis[ENCODER_STEP]))
     for k in range(rows.shape[0]):
         measured = measure(state[POSITION], axis[ENCODER_STEP])
-        progress = next_place(progress, rows.shape[0], segment, following, turning, rules, measured)
+        progress = next_progress(
+            progress, rows.shape[0], segment, following, turning, rules, measured
+        )
         if progress.row == rows.shape[0]:
             return OK
         waiting[k % (delay + 1)] = rows[progress.row]

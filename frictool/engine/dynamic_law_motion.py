@@ -10,11 +10,11 @@ A dynamic law does not switch between stick and slip: in stick, v is small, but 
 the equations are stiff, because the contact relaxes in microseconds. The integrator is therefore an
 implicit Rosenbrock method (engine/rosenbrock.py) with error control on v and z.
 
-In some laws, part of z is a memory, for example of past reversals, which is updated after accepted
-steps only. The memory must register each reversal; a step therefore ends there. An extension
-(friction/law_extension.py) makes Coulomb friction and breakaway depend on position and direction,
-and adds viscous friction by ranges of speed. The Jacobian neglects the change of friction with
-position, which is small compared with the contact stiffness.
+In some laws, part of z is a memory, for example of past reversals. This memory is updated after
+accepted steps only. The memory must register each reversal; a step therefore ends there. An
+extension (friction/law_extension.py) makes Coulomb friction and breakaway depend on position and
+direction, and adds viscous friction by ranges of speed. The Jacobian neglects the change of
+friction with position, which is small compared with the contact stiffness.
 """
 
 from __future__ import annotations

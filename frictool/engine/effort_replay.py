@@ -12,9 +12,9 @@ stop under the effort of the lagged drive either. All other periods are simulate
 engine/axis_motion.py. A load that depends on position (plant/position_load.py) is evaluated once
 per period, at its middle; the error is of second order in the period.
 
-The correction corresponds to a stationary observer: before each period, `gains` times (measured -
-position) is added to position and velocity. With zero gains, the simulation is open loop. With the
-gains of a Kalman filter, measured - position is the innovation.
+The correction corresponds to an observer with constant gains: before each period, `gains` times
+(measured - position) is added to position and velocity. With zero gains, the simulation is open
+loop. With the gains of a Kalman filter, measured - position is the innovation.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Laws with a fixed time step: hybrid A, B, C (thesis 3.28-3.39), and laws with a rest band.
 
 Thesis (2.32) and (2.35) define the laws with a rest band. Such a law treats velocities up to a
-limit as rest. For such velocities, Karnopp's law (2.35) reports the velocity 0 (Karnopp's v_m); the
-law (2.32) reports the true velocity. The rate of the position and the drive's derivative term use
-the reported velocity. The step T_e is a parameter of all these laws, not a tolerance: thesis (3.11)
-limits T_e by the capture velocity. Each step uses the midpoint rule; the mode is determined at the
-start of the step.
+limit as rest. For such velocities, Karnopp's law (2.35) reports the velocity 0; the law (2.32)
+reports the true velocity. The rate of the position and the drive's derivative term use the reported
+velocity. The step T_e is a parameter of all these laws, not a tolerance: thesis (3.11) limits T_e
+by the capture velocity. Each step uses the midpoint rule; the mode is determined at the start of
+the step.
 
 The extensions (friction/law_extension.py) are the same as in the event-driven engine; Coulomb
 friction and breakaway are constant in each step. A pure delay of the film is a whole number of

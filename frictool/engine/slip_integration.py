@@ -26,7 +26,7 @@ from frictool.engine.axis_friction import (
     breakaway_at,
     coulomb_at,
     has_stribeck,
-    next_place,
+    next_boundary,
     speed_band,
     straight_line,
 )
@@ -161,9 +161,9 @@ def curved_slip(
 ) -> tuple[float, float, float, int]:
     """Integrate a slip for up to `remaining` [s] from `state`, which is not changed.
 
-    The slip ends at a limit of `speed_band` or at the boundary of `next_place`. to_edge [rad | m]:
-    distance after which the backlash closes; <= 0 if the backlash is closed. Returns duration [s],
-    distance [rad | m], final speed [rad/s | m/s], and the cause of the end: HELD (no event within
+    The slip ends at a limit of `speed_band` or at the `next_boundary`. to_edge [rad | m]: distance
+    after which the backlash closes; <= 0 if the backlash is closed. Returns duration [s], distance
+    [rad | m], final speed [rad/s | m/s], and the cause of the end: HELD (no event within
     `remaining`), SLOWER or FASTER (lower or upper limit of the speed), PLACE (boundary), CONTACT
     (backlash closes) or FAILED (no accurate step).
     """
@@ -173,7 +173,7 @@ def curved_slip(
     probe = np.empty(TERMS)
     law = np.array([0.0, 0.0, p[STRIBECK_VELOCITY], p[STRIBECK_EXPONENT], 0.0, 1.0])
     at[SPEED] = abs(state[ax.VELOCITY])
-    length = next_place(p, state[ax.POSITION], direction)[0]
+    length = next_boundary(p, state[ax.POSITION], direction)[0]
     kind_of_end = PLACE
     if to_edge > 0.0:
         law[DRIVING] = 0.0

@@ -46,7 +46,7 @@ CONVENTIONS = {
         "the order of the operations, the drive's limit with its anti-windup, the modes of the "
         "band, and the guard that holds the last valid inputs for measurement_hold_samples "
         "samples and then sets the drive to 0. Without this guard a NaN stays in the states. "
-        "frictool export --lang c contains all of them"
+        "frictool export --lang c exports all these parts"
     ),
 }
 BLOCKS = (

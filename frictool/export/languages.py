@@ -14,7 +14,7 @@ class ExportLanguage:
 
     - name: value of `--lang`
     - document: kind of document that is exported
-    - text: description of the written files, which the help shows
+    - text: description of the written files, for the help
     - options: options of the command that this language reads, besides `--lang` and `--output`
     """
 

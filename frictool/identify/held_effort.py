@@ -25,7 +25,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord, held_command
+from frictool.identify.motion_record import MotionRecord, without_lag
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.effects import SmoothedMotion
@@ -81,7 +81,7 @@ def slow_effort_warnings(
     """
     warnings = []
     for record in records:
-        effect = held_effort(held_command(record, bench), bench, settings)
+        effect = held_effort(without_lag(record, bench), bench, settings)
         if effect is None or effect.high < SLOW or effect.effect < LEAST_EFFECT:
             continue
         rates = (

@@ -474,12 +474,12 @@ def delayed(record: MotionRecord, delay: float) -> MotionRecord:
     return replace(record, effort=late)
 
 
-def fitted_sensor_lag(record: MotionRecord, bench: Bench) -> float:
+def fitted_part(record: MotionRecord, bench: Bench) -> float:
     """Return the lag [s] of the position sensor that was fitted to logs; 0 if there is none."""
     return record.sensor_lag if bench.encoder.time_constant_s is None else 0.0
 
 
-def held_command(record: MotionRecord, bench: Bench) -> MotionRecord:
+def without_lag(record: MotionRecord, bench: Bench) -> MotionRecord:
     """Return the record with the effort of a voltage drive before its lag, held between samples.
 
     This reverses `lagged`. The effort that is held from the last sample of a gap-free part has no

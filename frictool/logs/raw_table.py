@@ -156,7 +156,7 @@ class DetectedLayout(Protocol):
 
 # advice in messages about a damaged file
 EMPTY_CELL = "an empty cell"
-HOLD = ", or layout.hold: true in bench.yaml to repeat the last one"  # after "allowed: a number"
+HOLD = ", or layout.hold: true in bench.yaml to repeat the last number"  # after "allowed: a number"
 SALVAGE = "`ingest --salvage` keeps the readable part"
 
 

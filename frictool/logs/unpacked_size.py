@@ -1,4 +1,4 @@
-"""Limit of the unpacked size of a file, which protects against decompression bombs."""
+"""Limit of a file's unpacked size, as a protection against decompression bombs."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """One sample of an axis with dry friction on affine forms (affine_forms.py).
 
-Divided by the inertia, the axis depends on four ratios only, which are constant during a run:
+After division by the inertia, the motion depends on four ratios only, constant during a run:
 
     v' = ratio i - friction - viscous v - offset,    ratio = K/J, friction = F/J, viscous = sigma/J
 

@@ -11,7 +11,7 @@ from frictool.adapters.mechanism.sources_and_sensors import controlled_names
 from frictool.documents.mechanism import Mechanism
 from frictool.plant.mechanism.linearisation import linearise
 from frictool.reduce.assembly_cache import assemble_cached
-from frictool.reduce.compliance import middle, rigid, swings
+from frictool.reduce.compliance import link_resonances, middle, rigid
 from frictool.reduce.coordinate_change import from_source
 from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.step_report import StepReport
@@ -36,7 +36,7 @@ def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
     source, sensor = controlled_names(whole)
     seen, _ = from_source(whole, source)
     one, _ = lump_rigid_links(seen, seen.sources[source].on)
-    yielding = swings(one, one.sources[source].on)
+    yielding = link_resonances(one, one.sources[source].on)
     slowest = min((each.frequency for each in yielding), default=math.inf)
     if not math.isfinite(slowest):
         return None

@@ -49,7 +49,7 @@ def compliant_links(mechanism: Mechanism) -> tuple[Connection, ...]:
     return tuple(one for one in connections(assemble_cached(mechanism)) if one.compliant)
 
 
-def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
+def link_resonances(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
     """Return the resonance of each compliant link, slowest first.
 
     All blocks must be in the coordinate of one block.
@@ -90,7 +90,7 @@ def stiffen_above(
     mechanism: Mechanism, root: str, bandwidth: float
 ) -> tuple[Mechanism, StepReport]:
     """Make each link with a resonance above `bandwidth` [rad/s] rigid, and merge its two blocks."""
-    resonances = swings(mechanism, root)
+    resonances = link_resonances(mechanism, root)
     if not resonances:
         return mechanism, StepReport("compliance", "no link is compliant", "nothing")
     dropped = [one for one in resonances if one.frequency > bandwidth]

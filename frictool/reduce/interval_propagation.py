@@ -4,9 +4,8 @@ One quantity after another is set to the ends of its interval, and the mechanism
 For each number of the model, the resulting changes are added. This is exact if the number is a sum
 of quantities. If it contains products, the joint effect of several changes is neglected. With at
 most MOST_CORNERS quantities, the mechanism is therefore also reduced for every combination of
-interval ends. Coulomb friction and
-breakaway of one element are changed together, because the Coulomb friction must not exceed the
-breakaway.
+interval ends. The Coulomb friction and the breakaway of an element are changed together, because
+the Coulomb friction must not exceed the breakaway.
 """
 
 from __future__ import annotations

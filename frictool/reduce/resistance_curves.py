@@ -190,7 +190,7 @@ def breakaway_ratio(directed: DirectedResistance) -> float:
 
 
 def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> FrictionOf:
-    """Return speed-dependent friction as law `stribeck`, or as `svc` if it does not fall."""
+    """Return speed-dependent friction as law `stribeck`, or `svc` without a fall over speed."""
     axis: Axis = "rotary" if rotary else "linear"
     effort, viscous = si_unit("effort", axis), si_unit("viscous", axis)
     parameters = {

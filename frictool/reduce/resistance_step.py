@@ -32,7 +32,7 @@ from frictool.typing import Vector
 
 
 @dataclass(frozen=True)
-class IrreversibilityMargin:
+class SelfLockingMargin:
     """Smallest value of friction - |load| [N m | N]; negative if the load moves the axis.
 
     position: position at which this value occurs [rad | m].
@@ -44,7 +44,7 @@ class IrreversibilityMargin:
     share: float
 
 
-def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
+def self_locking_margin(x: Vector, directed: DirectedResistance) -> SelfLockingMargin:
     """Return the smallest value of friction - |load| over the positions x (n,), and its position.
 
     The value is the smallest effort that moves the block, negative if the load moves the block. The
@@ -52,9 +52,7 @@ def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMarg
     """
     margin = np.minimum(directed.forward, -directed.backward)
     worst = int(np.argmin(margin))
-    return IrreversibilityMargin(
-        float(margin[worst]), float(x[worst]), float(np.mean(margin >= 0.0))
-    )
+    return SelfLockingMargin(float(margin[worst]), float(x[worst]), float(np.mean(margin >= 0.0)))
 
 
 def in_contact(
@@ -110,7 +108,7 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
             replaced += position_elements(mechanism, block)
             mechanism = as_curves(mechanism, assembled, block, x)
     left_out = neglected_memory(before, replaced)
-    margin = irreversible(x, exact)
+    margin = self_locking_margin(x, exact)
     largest = max(
         float(np.max(np.abs(exact.forward))), float(np.max(np.abs(exact.backward))), 1e-300
     )

@@ -55,7 +55,7 @@ class StreamEvidence:
     - margin_gap: reason why the margin is unknown; empty if it is known
     - beyond: text on differences between the stream's rig and the rig for which the controller was
       verified, and on doubts about the margins; empty if there are none
-    - worst: True for the stream with the worst value of a requirement, which figures show in red
+    - worst: True for the stream with the worst value of a requirement; figures show it in red
     """
 
     source: str

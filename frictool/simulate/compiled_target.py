@@ -146,7 +146,7 @@ def compiled_target(
 ) -> CompiledTarget:
     """Compile the C code in `folder` that was exported from a controller document.
 
-    - sha256: digest of the controller document, which the header of the code must contain
+    - sha256: digest of the controller document; the code's header must state the same digest
     - controller: path of the document in messages
     - inputs: names of the controller's inputs
     - scheduled: names of the parameters by which the gains are scheduled

@@ -6,9 +6,10 @@ from the sensor's position:
     q_block - start_block = ratio (q_sensor - start_sensor)
 
 ratio is the product of the ratios of the links between the two blocks. The load is the block that
-`control.load` names. Without this key, the load is the block with the most links between it and the
-sensor. If several blocks have this number of links, the load is the last of them in the file. The
-load's position is converted to the sensor's coordinate for the comparison with the reference.
+`control.load` names. Without this key, the load is the block that the most links separate from the
+sensor. If several blocks are separated by this number of links, the load is the last of them in the
+file. The load's position is converted to the sensor's coordinate for the comparison with the
+reference.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ def rig_of_mechanism(
 
 
 def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, float]:
-    """Return the data of verify/rig_facts.py without springs, which the mechanism itself has."""
+    """Return the data of verify/rig_facts.py, but no springs: the mechanism contains them."""
     winding = source.winding
     return {
         "sample_period_s": document.sample_period_s,

@@ -33,9 +33,9 @@ from frictool.simulate.mechanism_channels import MechanismChannels
 from frictool.simulate.mechanism_inputs import mean_efforts
 from frictool.simulate.mechanism_plant import (
     check_mechanism_scenario,
-    ports_of,
     run_of,
     scenario_inputs,
+    sight_of,
     width_of,
 )
 from frictool.simulate.mechanism_rig import ControlledAxis, block_positions, rig_of_mechanism
@@ -55,7 +55,7 @@ def simulate_open_loop(
     provenance: Provenance,
     names: DocumentNames,
     progress: Callable[[int, int], None] = lambda done, total: None,
-    watch: Callable[[MechanismOutcome], None] = lambda outcome: None,
+    watch: Callable[[MechanismOutcome], None] = lambda moved: None,
 ) -> Log:
     """Simulate a mechanism without a controller; return the log with warnings.
 
@@ -96,15 +96,11 @@ def simulate_open_loop(
     streams = []
     warnings = list[str]()
     metadata = dict[str, dict[str, str]]()
-    for index, outcome in enumerate(play_all(variants, tasks, progress)):
-        watch(outcome)
-        run = run_of(outcome, channels, [])
+    for index, moved in enumerate(play_all(variants, tasks, progress)):
+        watch(moved)
+        run = run_of(moved, channels, [])
         streams += [
-            *(
-                []
-                if sensors is None
-                else [sensors.stream(outcome.variant.topic, index, run.record)]
-            ),
+            *([] if sensors is None else [sensors.stream(moved.variant.topic, index, run.record)]),
             *run.streams,
         ]
         warnings += run.warnings
@@ -137,7 +133,7 @@ def _task(
 ) -> tuple[MechanismTask, Vector]:
     if seen is None:
         start = variant.assembled.start
-        ports = ControlPorts(NOBODY, 0, 0, 0.0, 0.0, 0.0, 1.0)
+        sight = ControlPorts(NOBODY, 0, 0, 0.0, 0.0, 0.0, 1.0)
     else:
         rig, controlled = rig_of_mechanism(variant.document, variant.assembled)
         sensor = controlled.sensor_block
@@ -146,8 +142,8 @@ def _task(
             if scenario.start is None
             else block_positions(variant.document, variant.assembled, sensor, scenario.start.value)
         )
-        ports = ports_of(controlled.source, controlled, rig.resolution, start)
-    return MechanismTask(samples, ports, *inputs, None, 0, None, None), start
+        sight = sight_of(controlled.source, controlled, rig.resolution, start)
+    return MechanismTask(samples, sight, *inputs, None, 0, None, None), start
 
 
 def _check(

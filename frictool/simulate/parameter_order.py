@@ -21,7 +21,7 @@ ROUNDING = 1e-9  # relative rounding of a value that a file states in another un
 
 
 class ParameterEnds(NamedTuple):
-    """Range [SI] of a parameter over the simulated plants, and the place that states this range."""
+    """Range [SI] of a parameter over the simulated plants, and the key that states this range."""
 
     low: float
     high: float

@@ -74,7 +74,7 @@ def conditions_of(
 
 
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
-    """Return the conditions without the faults of the drive's sensor, unless it measures current.
+    """Return the conditions; faults of the drive's sensor are kept only in a current drive.
 
     A current drive feeds its measured current back. Any other measured drive is only logged.
     """

@@ -285,7 +285,7 @@ class _WeightRules:
 
 
 def decade(level: float, frequency_hz: float) -> FirstOrderWeight:
-    """Return the filter level (s/(20 pi f) + 1)/(s/(2 pi f) + 1) of thesis annex C (25), (26).
+    """Return the filter `level` (s/(20 pi f) + 1)/(s/(2 pi f) + 1) of thesis annex C (25), (26).
 
     The gain falls from `level` to a tenth of `level`. f is `frequency_hz` [Hz].
     """

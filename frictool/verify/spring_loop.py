@@ -100,7 +100,7 @@ def require_spring_margin(check: SpringCheck | None, required: float, name: str 
 
 
 def _excited(closed: Lti) -> Lti:
-    """Return the system without the mode at z = 1 that its input does not excite, if it has one."""
+    """Return the system without a mode at z = 1, if the input does not excite this mode."""
     left, sizes, _ = np.linalg.svd(closed.a - np.eye(closed.order))
     mode = left[:, -1]
     reached = float(np.max(np.abs(mode @ closed.b)))

@@ -245,7 +245,7 @@ def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
 
 @part_kernel
 def _filtered(weight: tuple[float, float, float], p: Form, q: Form) -> Form:
-    """Return the weight gain (q + zero p)/(q + pole p) as a form, or the gain if the pole is 0.
+    """Return the weight `gain` (q + zero p)/(q + pole p) as a form, or the gain if the pole is 0.
 
     - weight: gain, zero and pole
     - p, q: forms of the module docstring

@@ -1,4 +1,5 @@
-"""Zero-phase smoothing: the kernel, the weights of the effort, and the exact equation of motion."""
+"""Smoothing in phase: the bump, the effort's weights, and the equation of motion that survives them
+exactly."""
 
 from __future__ import annotations
 
@@ -22,10 +23,10 @@ from frictool.identify.rows.slip_fit import (
 )
 from frictool.identify.rows.smoothing import (
     acceleration_filter,
+    bump,
     choose_window,
     position_noise,
     smoothed,
-    smoothing_kernel,
 )
 from frictool.plant.weak_form import effort_weights
 from tests.support.linear_axis import linear_axis
@@ -37,7 +38,7 @@ WINDOWS = st.integers(3, 60).map(lambda n: 2 * n + 1)
 @settings(derandomize=True, deadline=None, max_examples=30)
 @given(window=WINDOWS)
 def test_the_filter_is_the_second_difference_of_the_bump(window: int) -> None:
-    g, c = smoothing_kernel(window, PERIOD), acceleration_filter(window, PERIOD)
+    g, c = bump(window, PERIOD), acceleration_filter(window, PERIOD)
     assert g.sum() == pytest.approx(1.0, rel=1e-9)
     assert np.allclose(g, g[::-1], atol=1e-12)
     assert np.all(g > 0.0)

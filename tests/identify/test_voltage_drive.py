@@ -17,7 +17,7 @@ from frictool.documents.quantity import Quantity
 from frictool.identify.fit_result import Interval
 from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.held_effort import hold_of
-from frictool.identify.motion_record import held_command, lagged, make_record
+from frictool.identify.motion_record import lagged, make_record, without_lag
 from frictool.logs import log_of
 from frictool.plant.weak_form import effort_weights
 from frictool.typing import Vector
@@ -218,7 +218,7 @@ def test_a_lag_delays_the_mean_effort_of_each_period(lag: float) -> None:
     before, at, after = effort_weights(PERIOD, lag)
     mean = before * record.effort[:-2] + at * record.effort[1:-1] + after * record.effort[2:]
     assert mean == pytest.approx(rising[:-2] + falling[1:-1], abs=1e-5)
-    again = held_command(record, WINDING.bench("voltage"))
+    again = without_lag(record, WINDING.bench("voltage"))
     assert again.lag == 0.0
     assert again.effort[:-1] == pytest.approx(command[:-1], abs=1e-8)
     held_for, _ = hold_of(again.effort) or (0, None)

@@ -14,7 +14,7 @@ from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.curves import PRODUCT_ERROR, monotone_cubic
 from frictool.reduce.reduction_chain import chain
 from frictool.reduce.residual_load import ResidualLoad
-from frictool.reduce.resistance_step import in_contact, irreversible
+from frictool.reduce.resistance_step import in_contact, self_locking_margin
 from frictool.reduce.travel_grid import positions
 
 CLUTCH = Path(__file__).parents[2] / "configs" / "clutch" / "mechanism.yaml"
@@ -81,7 +81,7 @@ def test_irreversible_by_2_27_as_the_friction_coefficient_says(clutch: Mechanism
     for share, holds in ((1.02, True), (0.98, False)):
         found = chain(pressed(share), None)
         x = positions(found.last)
-        assert (irreversible(x, in_contact(found.last, x)).margin > 0.0) == holds
+        assert (self_locking_margin(x, in_contact(found.last, x)).margin > 0.0) == holds
         assert (
             found.one.residual == ResidualLoad()
         ) == holds  # beside friction, where that does not hold it

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from frictool.engine import axis_motion
-from frictool.engine.axis_friction import END_STOP, next_place
+from frictool.engine.axis_friction import END_STOP, next_boundary
 from frictool.engine.closed_loop import PARTS
 from frictool.engine.slip_integration import CONTACT, FAILED, PLACE
 from frictool.plant import axis as ax
@@ -60,7 +60,7 @@ def advance(state: Vector, command: float, p: Vector, duration: float) -> np.nda
         else:
             begins = state[ax.VELOCITY] == 0.0
             attempted = direction if begins else 0.0
-            _, ahead = next_place(p, state[ax.POSITION], direction)
+            _, ahead = next_boundary(p, state[ax.POSITION], direction)
             spent, direction, kind = axis_motion._slip(
                 state, command, p, p, p, direction, remaining
             )

@@ -20,7 +20,7 @@ from frictool.adapters.mechanism.sources_and_sensors import (
     pack_sources,
 )
 from frictool.adapters.mechanism.transmissions import Transmitting, transmission
-from frictool.adapters.mechanism.travel_notes import room_notes
+from frictool.adapters.mechanism.travel_notes import travel_notes
 from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring, Stop
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
@@ -70,7 +70,7 @@ def assemble(document: Mechanism) -> AssembledMechanism:
         controlled_names(document)
     _refuse_loose(links, collected, blocks, {*sources.block, *sensor_blocks})
     collected.note_short_curves(groups)
-    collected.notes += room_notes(document, blocks, start, joints)
+    collected.notes += travel_notes(document, blocks, start, joints)
     packed = PackedMechanism(
         inertia=np.array(inertia, dtype=np.float64),
         scale=_scale(

@@ -1,4 +1,4 @@
-"""Limits of the numbers in a mechanism, which prevent an overflow of products."""
+"""Limits of a mechanism's numbers, so that no product of them overflows."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from frictool.typing import Vector
 SAME = 1e-9  # tolerance relative to the travel
 
 
-def room_notes(
+def travel_notes(
     document: Mechanism, blocks: BlockNames, start: Vector, joints: Sequence[Transmission]
 ) -> list[str]:
     """Return notes on backlashes wider than the travel, and on starts outside the travel."""
@@ -27,7 +27,7 @@ def _wide_plays(
     notes = []
     for link in joints:
         for block, play in ((link.b, 2.0 * link.gap), (link.a, 2.0 * link.gap / abs(link.ratio))):
-            between = way_between_stops(document, blocks.names[block])
+            between = travel_between_stops(document, blocks.names[block])
             if between is not None and play > between[1] > 0.0:
                 unit = si_unit("position", blocks.kinds[block])
                 notes.append(
@@ -38,7 +38,7 @@ def _wide_plays(
     return notes
 
 
-def way_between_stops(document: Mechanism, block: str) -> tuple[str, float] | None:
+def travel_between_stops(document: Mechanism, block: str) -> tuple[str, float] | None:
     """Return the names of a block's innermost stops, and the distance between them [rad | m].
 
     The result is None if the block has no stop on one side.

@@ -61,7 +61,7 @@ class FactorSpace:
 
     def values(self, units: Vector) -> Vector:
         """Convert points `units` (n, d) of the unit cube to factor values (n, d) in SI."""
-        low, high, whole = self._ends
+        low, high, whole = self._bounds
         values = np.minimum(np.maximum(low + units * (high - low), low), high)
         if whole.size:
             steps = np.floor(units[:, whole] * (high[whole] - low[whole] + 1.0))
@@ -70,12 +70,12 @@ class FactorSpace:
             if factor.least is not None:
                 other, scale = factor.least
                 limits = scale * values[:, self.names.index(other)]
-                ends = (factor.low, factor.high)
-                values[:, index] = drawn_above(ends, factor.ratio, limits, units[:, index])
+                bounds = (factor.low, factor.high)
+                values[:, index] = drawn_above(bounds, factor.ratio, limits, units[:, index])
         return np.asarray(values)
 
     @cached_property
-    def _ends(self) -> tuple[Vector, Vector, IntVector]:
+    def _bounds(self) -> tuple[Vector, Vector, IntVector]:
         return (
             np.array([factor.low for factor in self.factors]),
             np.array([factor.high for factor in self.factors]),
@@ -99,14 +99,14 @@ def plant_factors(
     `instead`: ranges that replace those of the document, by parameter.
     `fixed`: values that replace those of the document, for parameters without a range.
     """
-    ends = {
-        name: _ends(entry, instead.get(name), fixed.get(name)) for name, entry in ranges.items()
+    bounds = {
+        name: _bounds(entry, instead.get(name), fixed.get(name)) for name, entry in ranges.items()
     }
     for name, entry in ranges.items():
-        (low, high), least = ends[name], entry.least
+        (low, high), least = bounds[name], entry.least
         ratio = None if name in instead else entry.ratio
         if least is not None and low < high:
-            below = ends[least[0]]
+            below = bounds[least[0]]
             if ratio is not None:
                 low, high = (least[1] * ratio[side] * below[side] for side in (0, 1))
             if below[0] == below[1]:
@@ -125,7 +125,7 @@ def plant_factors(
         )
 
 
-def _ends(
+def _bounds(
     entry: VariedParameter, instead: Span | None, fixed: Quantity | None
 ) -> tuple[float, float]:
     if instead is not None:

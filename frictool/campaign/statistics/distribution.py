@@ -64,8 +64,8 @@ class Distribution:
     `met`, `broken`, `undecided`: numbers of trials with this outcome of the requirement.
     `beyond`: number of trials with an infinite value.
     `missing`: number of trials without a value, including trials that could not be simulated.
-    `bound`: tolerance bound, which at least the share COVERED of all plants satisfies with the
-        requested confidence. None if there are too few trials or no finite bound.
+    `bound`: tolerance bound. With the requested confidence, at least the share COVERED of all
+        plants is within this bound. None if there are too few trials or no finite bound.
     `trials_for_bound`: smallest number of trials for which a bound exists.
     `worst`: worst value, infinite if any value is infinite.
     `worst_trial`: first draw with the worst value.

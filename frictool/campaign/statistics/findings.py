@@ -53,10 +53,12 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        UNDECIDED if `reached` is True: there is a `doubt`, or a requirement that no trial decides.
-        UNDECIDED if `reached` is False: all trials are undecided, or no rate is required and no
-            trial fails.
-        NOT SHOWN: the trials do not show the required pass rate, but more draws may show it.
+        If `reached` is True, the outcome is PASS, but UNDECIDED if there is a `doubt` or a
+        requirement that no trial decides. If `reached` is False, the outcome is
+
+        - UNDECIDED if all trials are undecided, or if no rate is required and no trial fails,
+        - NOT SHOWN if more draws may show the required pass rate,
+        - FAIL in all other cases.
         """
         if self.reached:
             return "UNDECIDED" if self.undecided_requirements or self.doubt else "PASS"
@@ -75,7 +77,7 @@ class Findings:
 
     @property
     def passed(self) -> bool:
-        """Return True if every requirement is decided and `reached` is True."""
+        """Return True if the outcome is PASS."""
         return self.outcome == "PASS"
 
     def acceptable(self, allow_undecided: bool) -> bool:

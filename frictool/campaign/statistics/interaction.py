@@ -36,8 +36,8 @@ class JointShare(NamedTuple):
 def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> JointShare:
     """Return the shares of two factors in the variance of `values` (n,).
 
-    `drawn`: True for random trials; False if all vertices were simulated. In the second case, the
-    shares are exact, and their error is 0.
+    `drawn`: True for random trials; False if all vertices were simulated. If all vertices were
+        simulated, the shares are exact, and their error is 0.
     """
     centred = values - values.mean()
     total = float(centred @ centred)

@@ -73,8 +73,8 @@ def doubt_of(trial: TrialPlayer) -> str:
     setting = trial.setting
     side = plant_of(setting.plant).rig.valid_side
     if side is not None:
-        ends = trial.reference_range
-        if left := side.left_words(setting.spec.axis, *ends, "steps"):
+        path = trial.reference_range
+        if left := side.left_words(setting.spec.axis, *path, "steps"):
             return left
     if isinstance(setting.plant, Model) and (
         reason := intolerable_lag(setting.plant, setting.controller)

@@ -100,12 +100,12 @@ def _to_corners(
     Return (point, badness) of each evaluated point.
     """
     known = list[tuple[Vector, float]]()
-    end = state.tried + most
-    while not state.ended and state.tried < end:
+    last = state.tried + most
+    while not state.ended and state.tried < last:
         before = state.worst
         for factor in generator.permutation(state.at.size):
             for side in (0.0, 1.0):
-                if state.at[factor] == side or state.ended or state.tried >= end:
+                if state.at[factor] == side or state.ended or state.tried >= last:
                     continue
                 unit = state.at.copy()
                 unit[factor] = side

@@ -147,9 +147,10 @@ class TrialPlayer(ScenarioJudge):
         )
 
     def played(self, unit: Vector, draw: int) -> TrialResult:
-        """Simulate the plant at the point `unit` (d,) of the unit cube; return the result.
+        """Simulate the plant at the point `unit` (d,) of the unit cube, with the noise of `draw`.
 
-        An error does not stop the campaign; its message is stored in `failed` of the result.
+        Return the result. An error does not stop the campaign; its message is stored in `failed` of
+        the result.
         """
         try:
             return self.trial(draw, self.scenario(unit, draw))

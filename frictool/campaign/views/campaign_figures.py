@@ -118,14 +118,14 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
                 axes.axvline(one.metric.limit, color=BAD, linewidth=1.2, linestyle=(0, (4, 2)))
             if one.bound is not None:
                 axes.axvline(one.bound, color=INK, linewidth=1.0, linestyle=(0, (1, 1.5)))
-        ends = [
+        shown = [
             low,
             high,
             *([one.metric.limit] if drawn else []),
             *([one.bound] if one.bound is not None else []),
         ]
-        margin = 0.03 * (max(ends) - min(ends))
-        top.set_xlim(min(ends) - margin, max(ends) + margin)
+        margin = 0.03 * (max(shown) - min(shown))
+        top.set_xlim(min(shown) - margin, max(shown) + margin)
         top.set_ylabel("trials")
         bottom.set(
             ylabel="share below", ylim=(-0.02, 1.02), xlabel=f"{name} [{unit}]" if unit else name
@@ -241,14 +241,14 @@ def _over_range(findings: Findings, question: FailureComparison, i: int) -> Page
         figure, (axes,) = new_figure()
         if region.chance is not None:
             counts = np.rint(region.failing * region.sizes).astype(int)
-            ends = [
+            bars = [
                 interval(int(bad), int(n), findings.rate.confidence)
                 for bad, n in zip(counts, region.sizes, strict=True)
             ]
             axes.vlines(
                 region.centres,
-                [low for low, _ in ends],
-                [high for _, high in ends],
+                [low for low, _ in bars],
+                [high for _, high in bars],
                 color=BAD,
                 alpha=0.3,
                 linewidth=5.0,

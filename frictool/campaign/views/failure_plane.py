@@ -28,8 +28,8 @@ def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
     """Draw the trials on the empty `axes`; return a text for the caption."""
     x, y = edges(trials, first), edges(trials, second)
     axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    for axis, factor, ends in ((axes.xaxis, first, x), (axes.yaxis, second, y)):
-        if ends.size <= CELLS // 2 + 1:
+    for axis, factor, bounds in ((axes.xaxis, first, x), (axes.yaxis, second, y)):
+        if bounds.size <= CELLS // 2 + 1:
             axis.set_ticks(np.unique(trials.values[:, factor]))
     # if a factor has few values, points would hide one another
     few = trials.count <= MOST_POINTS and min(x.size, y.size) > CELLS

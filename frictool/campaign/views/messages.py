@@ -139,12 +139,12 @@ def caveat(findings: Findings) -> str:
     rate = findings.rate
     if rate.whole:
         return (
-            "Every combination of the factors' ends was simulated once. The combinations are not "
+            "Every combination of the ranges' ends was simulated once. The combinations are not "
             "random: they give no pass rate, and say nothing about values between the ends."
         )
     if rate.method == "vertices":
         return (
-            "A random part of all combinations of the factors' ends was simulated; the interval "
+            "A random part of all combinations of the ranges' ends was simulated; the interval "
             "is for all combinations, not for values between the ends."
         )
     drawn = "independently" if rate.method == "random" else "as a Latin hypercube"
@@ -153,7 +153,7 @@ def caveat(findings: Findings) -> str:
     if any(factor.ratio is None for factor in limited):
         over += " (a breakaway over the part of its range that is not below the Coulomb friction)"
     elif limited:
-        over += " (of a breakaway, the ratio to the Coulomb friction)"
+        over += " (for a breakaway, its ratio to the Coulomb friction was drawn)"
     return (
         f"The factors were drawn {drawn}, each uniformly over {over}. The rate refers "
         "to plants of this distribution; it is a probability in the field only if the product has "

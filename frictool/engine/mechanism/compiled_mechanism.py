@@ -65,7 +65,7 @@ class _SectionWriter:
         self.floats += table.size
 
 
-def _irreversible(packed: PackedMechanism) -> NDArray[np.bool_]:
+def _self_locking(packed: PackedMechanism) -> NDArray[np.bool_]:
     joints = packed.joints
     return (np.abs(joints.ratio) <= joints.back_loss) | (np.abs(joints.ratio) <= joints.thread)
 
@@ -95,7 +95,7 @@ def forest_of(packed: PackedMechanism) -> JointForest:
         near[a].append((link, b))
         near[b].append((link, a))
     forest = JointForest([], [-1] * n, [-1] * n, [0] * n)
-    stiff = _irreversible(packed)
+    stiff = _self_locking(packed)
     seen = np.zeros(n, dtype=bool)
     for first in range(n):
         if seen[first]:

@@ -128,10 +128,7 @@ def multisine(
 
 
 def _effort_bound(limits: BenchLimits, velocity: Vector, acceleration: Vector) -> float:
-    """Return the largest factor by which a motion can be scaled within the effort of every axis.
-
-    `limits` contains the worst case of all axes within the intervals in bench.yaml.
-    """
+    """Return the largest factor by which a motion can be scaled so that the worst axis follows."""
     return spare_effort(limits) / float(
         np.abs(limits.inertia * acceleration + limits.viscous * velocity).max()
     )

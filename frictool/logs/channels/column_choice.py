@@ -77,7 +77,7 @@ MOTION = ("position", "velocity")
 SCALED = ("temperature", TIME)  # dimensions that no log states in per cent of a full scale
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
-OUTPUT = "is this controller output the drive signal? if it is a current, write current"
+OUTPUT = "is this controller output the drive signal? if it is a current, move the line to current"
 LOAD_SIDE = (
     "is this the torque or force of the drive, or of a sensor at the load? the channel "
     "effort is the effort of the drive"

@@ -243,7 +243,7 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
             error = unreadable[choice.column]
             text = _message(error)
             if "layout." not in text:  # the key of `layout` is the only remedy
-                text += "; the guess needs this column: complete this row, or delete it"
+                text += "; the guess needs this column: complete or delete this row"
             raise LogError(error.path, text, line=error.line)
     reasons = {name: _reason(error) for name, error in unreadable.items() if name not in used}
     columns = {channel: (choice.column, choice.unit) for channel, choice in chosen.items()}

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
-from frictool.logs.quality.jumps import PositionJumps, allowance, lone
+from frictool.logs.quality.jumps import PositionJumps, allowance, isolated_jumps
 from frictool.typing import Vector
 
 # numbers of bits to which a logger may sign-extend a negative count, stored as unsigned
@@ -107,9 +107,9 @@ class EncoderCounter:
         if self._top_speed is not None:
             limit = allowance(self._top_speed, intervals, self._resolution)
             return limit, np.abs(steps) > limit
-        alone = lone(steps)
-        slack = float(np.abs(steps[~alone]).max(initial=0.0)) + 2.0
-        return np.full(steps.size, slack), alone
+        isolated = isolated_jumps(steps)
+        slack = float(np.abs(steps[~isolated]).max(initial=0.0)) + 2.0
+        return np.full(steps.size, slack), isolated
 
     def _reset(
         self, steps: Vector, raw: Vector, limit: Vector, long: NDArray[np.bool_]

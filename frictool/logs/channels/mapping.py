@@ -375,7 +375,7 @@ def _scale(table: RawTable, bench: Bench, channel: str, name: str, column: Colum
     if not agrees and column.scale == 1.0:  # a scale may convert one unit to the other
         remedy = "correct one of them"
         if declared == PERCENT:
-            remedy = f"write scale: (full scale in {unit}) / 100; if this is 1, write another unit"
+            remedy = f"write scale: (full scale in {unit}) / 100; if this gives 1, use another unit"
         raise LogError(
             table.source, f"column {name!r} is in {declared!r}, but {key} is {unit!r}; {remedy}"
         )

@@ -1,4 +1,4 @@
-"""Subtraction of the zero offset of a column, which is the mean of the column's first samples.
+"""Subtraction of a column's zero offset, the mean of the column's first samples.
 
 An example is the offset of an amplifier, recorded while nothing moves.
 """

@@ -2,8 +2,8 @@
 
 A step from one sample to the next is a jump if it exceeds two counts plus twice the distance that
 the axis covers at top speed. The factor two allows for a servo that is faster than specified. If
-the top speed is unknown, a step is a jump if it meets two conditions. It is longer than 20 counts,
-and at least ten times as long as the steps before and after it. It is also at least three times as
+the top speed is unknown, a step is a jump if it meets three conditions. It is longer than 20
+counts, more than ten times as long as the steps before and after it, and more than three times as
 long as the 99 % quantile of the steps in the block.
 """
 
@@ -38,7 +38,7 @@ def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
     return np.asarray(SPEEDING * top_speed * intervals / resolution + SLACK_COUNTS)
 
 
-def lone(steps: Vector) -> NDArray[np.bool_]:
+def isolated_jumps(steps: Vector) -> NDArray[np.bool_]:
     """Return a mask (n,) that is True at each jump; the top speed of the axis is not used.
 
     steps: differences (n,) of successive samples in counts.
@@ -47,8 +47,12 @@ def lone(steps: Vector) -> NDArray[np.bool_]:
     if size.size < 3 or size.max() <= ALONE * SLACK_COUNTS:
         return np.zeros(size.size, dtype=np.bool_)
     neighbours = np.maximum(np.append(size[1:], size[-2]), np.insert(size[:-1], 0, size[1]))
-    alone = np.asarray(size > ALONE * np.maximum(neighbours, SLACK_COUNTS))
-    return alone & (size > RARE * float(np.quantile(size, ORDINARY))) if alone.any() else alone
+    isolated = np.asarray(size > ALONE * np.maximum(neighbours, SLACK_COUNTS))
+    return (
+        isolated & (size > RARE * float(np.quantile(size, ORDINARY)))
+        if isolated.any()
+        else isolated
+    )
 
 
 @dataclass

@@ -18,7 +18,7 @@ from frictool.logs.canonical.mcap_layout import NS, StreamHeader
 from frictool.logs.canonical.sample_chunks import join_blocks
 from frictool.logs.clocks.sample_intervals import SampleIntervals
 from frictool.logs.log import Stream
-from frictool.logs.quality.jumps import PositionJumps, lone
+from frictool.logs.quality.jumps import PositionJumps, isolated_jumps
 from frictool.logs.quality.opening_samples import OpeningSamples
 from frictool.logs.quality.quantisation import DistinctValues
 from frictool.logs.quality.saturation import FlatTop, FlatTopDetector
@@ -148,12 +148,12 @@ def _second_pass(
 def _jumps(jumps: PositionJumps, time: Vector, position: Vector, step: float | None) -> None:
     if step is not None and position.size > 2:
         steps = np.diff(position) / step
-        alone = lone(steps)
+        isolated = isolated_jumps(steps)
         jumps.take(
-            time[1:][alone],
-            steps[alone],
-            position[1:][alone] / step,
-            float(np.abs(steps[~alone]).max(initial=0.0)) + 2.0,
+            time[1:][isolated],
+            steps[isolated],
+            position[1:][isolated] / step,
+            float(np.abs(steps[~isolated]).max(initial=0.0)) + 2.0,
         )
 
 

@@ -47,7 +47,7 @@ class Transmission:
         return self.drive_loss == self.back_loss == self.thread == self.thesis_screw == 0.0
 
     @property
-    def irreversible(self) -> bool:
+    def self_locking(self) -> bool:
         """Return True if block b cannot drive block a."""
         return abs(self.ratio) <= max(self.back_loss, self.thread)
 
@@ -138,7 +138,7 @@ def without_loops(
         else:
             notes.append(_redundant(link, path, names))
     _refuse_facing(
-        forest, [link for link in links if link.name in kept and link.irreversible], names
+        forest, [link for link in links if link.name in kept and link.self_locking], names
     )
     return [link for link in links if link.name in kept], notes
 

@@ -1,4 +1,4 @@
-"""Scales of a rig and a specification, which make the parameters of a candidate dimensionless.
+"""Scales, from a rig and a specification, that make a candidate's parameters dimensionless.
 
 dead time     T (1 + delay) + lag     T: half by the zero-order hold, half by speed differences
 loop gain     K/J, largest and smallest

@@ -56,7 +56,7 @@ NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
 
 class PlayedExtent(IntEnum):
-    """Largest test that a candidate completed: none, the test with few plants, or with all."""
+    """Largest test that a candidate completed: none, with few plants, or with all plants."""
 
     NONE = 0
     FEW = 1
@@ -130,8 +130,8 @@ class FamilyOutcome:
     - candidates: number of candidates played
     - best: candidate that passed, else the candidate with the smallest shortfall; None if no
       candidate could be played
-    - passed, with_reserve: True if the best candidate meets every requirement, without or with the
-      reserve
+    - passed: True if the best candidate meets every requirement
+    - with_reserve: True if the best candidate meets every requirement with the reserve
     - refusals: reasons why candidates that passed the simulation were not verified
     - trade: candidates in the order in which they were played, to show the trade-off. The values
       of a stopped candidate belong to the plants up to the stop
@@ -303,7 +303,7 @@ class CandidateSearch:
         return value
 
     def _play(self, design: Design, unit: Vector, parent: float) -> tuple[Candidate, float]:
-        """Return the candidate, and its shortfall or a lower bound above `parent`."""
+        """Return the candidate and its shortfall, which above `parent` may be a lower bound."""
         controller = self.controller(design)
         few = [plant for plant in self.order if plant in self.hard]
         runs = [self.tests.screen(controller, few, self._above(max(parent, PROMISING)))]
