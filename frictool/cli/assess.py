@@ -89,12 +89,12 @@ def command(
     from frictool.identify.assess.assessment import assess, unreachable_parameters
     from frictool.identify.assess.assessment_inputs import AssessmentRequest
     from frictool.identify.assess.assessment_view import json_view, lines, unreachable
-    from frictool.identify.excite.bench_limits import unsaid_load
+    from frictool.identify.excite.bench_limits import missing_load_limit
 
     document = load(bench, Bench)
-    unsaid = unsaid_load(document)
-    if unsaid is not None:
-        note(f"warning: {unsaid}")
+    no_limit = missing_load_limit(document)
+    if no_limit is not None:
+        note(f"warning: {no_limit}")
     named = {name: part for name, part in wanted if name is not None}
     everywhere = [part for name, part in wanted if name is None]
     requested = {**(dict.fromkeys(PARAMETERS, everywhere[-1]) if everywhere else {}), **named}

@@ -29,12 +29,12 @@ def bench_of(path: Path) -> Bench:
     """Load the bench at `path`; warn if the bench has a load but its key `load.most` is missing."""
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
-    from frictool.identify.excite.bench_limits import unsaid_load
+    from frictool.identify.excite.bench_limits import missing_load_limit
 
     document = load(path, Bench)
-    unsaid = unsaid_load(document)
-    if unsaid is not None:
-        note(f"warning: {unsaid}")
+    no_limit = missing_load_limit(document)
+    if no_limit is not None:
+        note(f"warning: {no_limit}")
     return document
 
 

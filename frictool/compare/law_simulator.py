@@ -214,7 +214,7 @@ class LawSimulator:
         Returns None if an effort below breakaway does not move the mass, or if the mass does not
         spring back.
         """
-        if not self._yields(law):
+        if not self._springs_back(law):
             return None
         moves = np.diff(path)
         friction = prescribed_motion.friction_along(
@@ -222,7 +222,7 @@ class LawSimulator:
         )
         return np.concatenate([[0.0], friction])
 
-    def _yields(self, law: str) -> bool:
+    def _springs_back(self, law: str) -> bool:
         """Return True if an effort of F_c/4 moves the mass, which then springs back.
 
         The mass must return by more than half of its displacement. F_c is the Coulomb friction.
@@ -255,7 +255,7 @@ class LawSimulator:
         still = drift.position[drift.between(SETTLED * setting.scales.time, float(drift.time[-1]))]
         settles = friction_law.kind == "hybrid" or (
             friction_law.kind == "static"
-            and law_probes.settles(prescribed_motion.printed_law(friction_law, p), setting)
+            and law_probes.settles(prescribed_motion.law_as_printed(friction_law, p), setting)
         )
         slow, fast = self._breakaway(law, SLOW_RATE), self._breakaway(law, FAST_RATE)
         return {

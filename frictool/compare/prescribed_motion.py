@@ -80,7 +80,7 @@ def _hybrid(
     return friction
 
 
-def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
+def law_as_printed(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
     """Return a static law as printed in the thesis: it maps (v, u) to (friction, mass velocity).
 
     v is the velocity, u the effort. The mass velocity is v. It is 0 at low speeds for a law that

@@ -29,7 +29,7 @@ from frictool.identify.rows.temperature_law import refuse_unknown_temperature
 from frictool.identify.rows.temperature_shape import shaped
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
-LOOKS_SLIDING = "looks like sliding motion, but is given as a log of ramps"
+LOOKS_SLIDING = "looks like sliding motion, but was passed as a log of ramps"
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,9 @@ def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
     return [
         LogGroup(name, tuple(members_of_group))
         for name, members_of_group in zip(
-            _names(_below_one([_called(members_of_group, each) for members_of_group in grouped])),
+            _names(
+                _relative_paths([_called(members_of_group, each) for members_of_group in grouped])
+            ),
             grouped,
             strict=True,
         )
@@ -117,8 +119,8 @@ def _called(members: list[FleetLog], each: str) -> PurePosixPath:
     return log.parent if log.parent.name else PurePosixPath(members[0].path.absolute().parent.name)
 
 
-def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
-    """Return relative paths: without `..`, and without the parent that all absolute paths share."""
+def _relative_paths(called: list[PurePosixPath]) -> list[PurePosixPath]:
+    """Return the paths without `..`; absolute paths become relative to their common parent."""
     rooted = [one for one in called if one.is_absolute()]
     top = (
         PurePosixPath(os.path.commonpath([one.parent for one in rooted]))

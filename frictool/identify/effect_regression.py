@@ -320,7 +320,7 @@ class EffectRegression:
         level = 1.0 - self.confidence
         return found["inertia"] if self.rows.probability(one, others) < level else None
 
-    def undelayed_viscous(self, viscous: float) -> Interval | None:
+    def inertia_with_undelayed_viscous(self, viscous: float) -> Interval | None:
         """Return the inertia of a fit in which `viscous` times the velocity is not delayed.
 
         In the regression, viscous a - du/dt replaces the column of the delay, -du/dt; a is the
@@ -439,7 +439,7 @@ class EffectRegression:
         if alone is None or values is None:
             return []
         more = [one for one in hypotheses if one not in self.used]
-        factor = self._plausible(more, hypotheses)
+        factor = self._effort_limit_factor(more, hypotheses)
         fitted = {name: values[name] - alone[name] for name in self.names}
         shift = {name: factor * change for name, change in fitted.items()}
         shift = self._limited(shift, factor, hypotheses)
@@ -495,7 +495,9 @@ class EffectRegression:
         names = [self.rows.names[k] for k in columns]
         return dict(zip(names, values.tolist(), strict=True))
 
-    def _plausible(self, more: Sequence[Hypothesis], hypotheses: Sequence[Hypothesis]) -> float:
+    def _effort_limit_factor(
+        self, more: Sequence[Hypothesis], hypotheses: Sequence[Hypothesis]
+    ) -> float:
         """Return the factor (at most 1) that limits the rms effort of the hypotheses `more`.
 
         The limit is the larger of the rms residual and LARGEST_EFFORT times the rms effort.
@@ -605,7 +607,7 @@ def unlikely_change(one: Interval, other: Interval) -> float:
     return float(np.copysign(np.sqrt(max(change**2 - chance, 0.0)), change))
 
 
-def other_inertia(fit: SlidingFit) -> bool:
+def inertia_of_other_method(fit: SlidingFit) -> bool:
     """Return whether the inertia comes from the weak form or from means over strokes."""
     return fit.method == STROKE_MEANS or "position_order" in fit.details
 
@@ -619,7 +621,7 @@ def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
     inertia = fit.parameters.get("inertia")
     if "inertia" not in regression.rows.base:
         return False
-    if other_inertia(fit):
+    if inertia_of_other_method(fit):
         return True
     return inertia is None or inertia.half_width < regression.attenuation() * inertia.value
 

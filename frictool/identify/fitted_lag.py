@@ -149,9 +149,10 @@ def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Es
 
 
 def lag_is_known(records: Sequence[MotionRecord], bench: Bench) -> bool:
-    """Return whether the position's lag needs no fit.
+    """Return whether the lag of the position need not be fitted.
 
-    Either the bench states the lag, or the records include it, or they contain a logged velocity.
+    The result is True if the bench states the lag, if the effort of a record is filtered by a lag
+    of the sensor, or if a record contains a measured velocity.
     """
     included = any(one.sensor_lag > 0.0 or one.velocity is not None for one in records)
     return included or bench.encoder.time_constant_s is not None

@@ -32,7 +32,7 @@ from frictool.friction.position_polynomial import normalised_coefficients
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, full_backlash, stroke_samples
 from frictool.identify.rows.slip_mask import slip_mask
-from frictool.identify.rows.smoothing import SHORTEST, bump, choose_window, smoothed
+from frictool.identify.rows.smoothing import SHORTEST, choose_window, smoothed, smoothing_kernel
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
 
@@ -65,7 +65,7 @@ class SlipRows:
     temperature: Vector | None = None
 
     @property
-    def size(self) -> float:
+    def rms_effort(self) -> float:
         """Return the rms effort, N m | N."""
         return float(np.sqrt(np.mean(self.effort**2)))
 
@@ -84,7 +84,7 @@ class SlipRows:
 
     @property
     def _smoothing(self) -> Vector:
-        return bump(self.window, self.period)
+        return smoothing_kernel(self.window, self.period)
 
 
 def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
@@ -102,7 +102,7 @@ def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
         window = max(SHORTEST, window // 4 * 2 + 1)
     if index.size == 0:
         return None
-    position = np.convolve(record.position, bump(window, record.period), mode="same")
+    position = np.convolve(record.position, smoothing_kernel(window, record.period), mode="same")
     return SlipRows(
         window,
         record.position,
@@ -153,7 +153,7 @@ def nearest_values(
     laws: Laws | None,
     ranges: Mapping[str, tuple[float, float]],
 ) -> dict[str, float]:
-    """Return `values`; parameters in `ranges` have the values that minimise the force error.
+    """Return `values` with the parameters in `ranges` at the values that minimise the force error.
 
     The effort is linear in these parameters. Each of them stays within its range (low, high). For
     each parameter, the search tries the lower limit, the upper limit, and a fit without limit, in

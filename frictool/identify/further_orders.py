@@ -5,9 +5,8 @@ of real friction, and the orders that the log does not determine (`rows/position
 strokes repeat each other, the speed is a function of the position. An omitted order then resembles
 viscous friction, and is not visible in the residual.
 
-The coefficients of the omitted orders are estimated together with the parameters. The prior of
-these coefficients is that of a cubic smoothing spline; its scale t is computed from the fitted
-coefficients:
+The coefficients of the omitted orders are estimated together with the parameters. Their prior is
+the prior of a cubic smoothing spline, with a scale t that is computed from the fitted coefficients:
 
     residual = X d + Z b + noise        b_k ~ N(0, t^2/k^4)
 

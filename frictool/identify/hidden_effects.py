@@ -8,8 +8,8 @@ the two effects, so that the residual hardly shows them.
 Each effect is tried alone. The prior of its coefficient is a normal distribution with mean 0. With
 a coefficient of one standard deviation, the effect has the same rms effort as the lasting part of
 the residual: the part that stays correlated for longer than the smoothing windows. A lasting part
-shows that the machine has an unmodelled effect; it can then have another one of this size. Without
-a lasting part, no interval is widened.
+shows that the machine has an unmodelled effect. The machine can then also have the tried effect, of
+the same size. Without a lasting part, no interval is widened.
 
 The mean square of the lasting part is the covariance of residuals of the same stroke at a distance
 of LASTING windows. Noise of effort and encoder is correlated over one window only.

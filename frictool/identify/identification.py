@@ -300,7 +300,9 @@ def _estimate(logs: AxisLogs) -> _Estimate:
 
 
 def _with_lag(estimate: _Estimate, first: SlidingFit, lag: Interval) -> _Estimate:
-    """Return the estimate; its fit states the lag, and how the fit `first` explains the delay.
+    """Return the estimate with the lag among the effects of its fit.
+
+    The explanation of the delay is taken from the fit `first`.
 
     A warning says that the model lacks the lag.
     """

@@ -96,13 +96,14 @@ def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> 
     """Return the intersection of the logs' interval and the range in bench.yaml.
 
     The intersection has the confidence of `interval`, because the range in bench.yaml certainly
-    contains the true value. The value of the result is the point of the intersection that is
-    nearest to the value of `interval`, and within the range in bench.yaml if possible.
+    contains the true value. The value of the result is the value of `interval` or, if it lies
+    outside the range in bench.yaml, the nearest end of this range; it is limited to the
+    intersection.
 
     Parameters
     ----------
     interval
-        Interval of the logs, computed with the nominal actuator constant.
+        Interval from the logs, computed with the nominal actuator constant.
     known
         Value of the bench; None if the bench does not state the parameter.
     constant

@@ -62,7 +62,11 @@ from frictool.identify.rows.regression_samples import (
     reduced,
 )
 from frictool.identify.rows.slip_fit import stroke_samples
-from frictool.identify.rows.smoothing import acceleration_response, bump, measurement_noise
+from frictool.identify.rows.smoothing import (
+    acceleration_response,
+    measurement_noise,
+    smoothing_kernel,
+)
 from frictool.typing import Vector
 
 SHORTER = (0.25, 0.5, 1.0)  # lengths of the smoothing windows relative to the windows of a fit
@@ -151,7 +155,7 @@ class _KinkSearch:
     - position: smoothed position of each row (sample of the regression), (n,), rad | m
     - reach: distance that the axis moves in half of the smoothing window, plus the encoder step,
       (n,), rad | m
-    - bump: smoothing kernel
+    - smoothing_kernel: smoothing kernel
     - noise: rms noise of the acceleration due to the encoder, rad/s^2 | m/s^2
     - confidence: confidence of the intervals, 0 to 1
     - base: columns (n,) of a fit without the kink, by name
@@ -160,7 +164,7 @@ class _KinkSearch:
     samples: RegressionSamples
     position: Vector
     reach: Vector
-    bump: Vector
+    smoothing_kernel: Vector
     noise: float
     confidence: float
     base: Mapping[str, Vector]
@@ -212,7 +216,7 @@ class _KinkSearch:
         a smoothing window.
         """
         beyond = self.position[rows] - np.array(knots)[:, None]
-        passed = np.concatenate(([0.0], np.cumsum(self.bump)))
+        passed = np.concatenate(([0.0], np.cumsum(self.smoothing_kernel)))
         share = np.interp(beyond / self.reach[rows], np.linspace(-1.0, 1.0, passed.size), passed)
         return np.stack((share, np.maximum(beyond, 0.0)), axis=2)
 
@@ -351,7 +355,7 @@ def load_kink(
             samples,
             position,
             np.concatenate(times) * np.abs(samples.velocity) + searched.records[0].resolution,
-            bump(searched.windows[0], searched.records[0].period),
+            smoothing_kernel(searched.windows[0], searched.records[0].period),
             searched.noise,
             settings.confidence,
             _independent({**dict(zip(names, samples.columns, strict=True)), **loads}),

@@ -26,11 +26,11 @@ def pooling_warnings(
 ) -> list[str]:
     """Return a warning for each parameter whose interval from all logs is unexpectedly wide.
 
-    The interval from all logs should be narrower than that from a single log. A warning is returned
-    if it is more than WIDER times as wide as the narrowest interval from a single log. `fit` is the
-    fit of all logs without fixed parameters. Each log is also fitted alone with the same method and
-    load terms. If the method is output error, least squares replace it, because a search for each
-    log would take long.
+    The interval from all logs should be narrower than the interval from a single log. A warning is
+    returned if the interval from all logs is more than WIDER times as wide as the narrowest
+    interval from a single log. `fit` is the fit of all logs without fixed parameters. Each log is
+    also fitted alone with the same method and load terms. If the method is output error, least
+    squares replace it, because a search for each log would take long.
     """
     if len(records) < 2:
         return []

@@ -286,7 +286,7 @@ OPTIONS = (
         float,
         0.0,
         1.0,
-        "weight of a squared error one stroke earlier",
+        "weight of a squared error relative to one that is a stroke later",
         "0.99",
         low_open=True,
     ),

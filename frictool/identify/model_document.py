@@ -1,7 +1,8 @@
 """Model document of an identification.
 
-A parameter that is not identified has the interval in bench.yaml, which the logs may narrow, or an
-assumed interval. The key `source` of a parameter states the origin of its interval.
+A parameter that is not identified has the interval in bench.yaml, possibly narrowed by the logs. If
+bench.yaml states no interval, an interval is assumed. The key `source` of a parameter states the
+origin of its interval.
 """
 
 from __future__ import annotations

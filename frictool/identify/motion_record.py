@@ -474,7 +474,7 @@ def delayed(record: MotionRecord, delay: float) -> MotionRecord:
     return replace(record, effort=late)
 
 
-def fitted_part(record: MotionRecord, bench: Bench) -> float:
+def fitted_sensor_lag(record: MotionRecord, bench: Bench) -> float:
     """Return the lag [s] of the position sensor that was fitted to logs; 0 if there is none."""
     return record.sensor_lag if bench.encoder.time_constant_s is None else 0.0
 

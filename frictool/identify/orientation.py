@@ -6,9 +6,9 @@ check fits the following model to the samples of a log at which the axis certain
     effort = inertia a + friction sign(v) + offset + declared loads
 
 Here a is the acceleration and v the velocity. The inertial effort (inertia times rms acceleration)
-is compared with the friction. Position and drive have opposite directions if the one with the
-larger absolute value is significantly negative. The smaller one is ignored, since a delay between
-position and drive can change the sign of a small effort.
+is compared with the friction. Position and drive have opposite directions if the larger of the two
+efforts, in absolute value, is significantly negative. The smaller effort is ignored, since a delay
+between position and drive can change the sign of a small effort.
 
 Some logs do not allow this fit, for example breakaway ramps or slow motion with a coarse encoder.
 In these logs, the strokes are tested: the mean effort from the first to the last encoder change of
@@ -60,11 +60,11 @@ def undriven(record: MotionRecord, bench: Bench, confidence: float) -> str | Non
     """Return a message if the effort of a record cannot overcome the friction, else None.
 
     Half the difference of the mean efforts forward and backward is the friction that the drive
-    overcomes, whatever the load. The message is returned if the magnitude of this friction is
-    significantly below WEAK times the smallest Coulomb friction of the bench, and if the rms
-    deviation of the effort from its median is below the smallest Coulomb friction. The message is
-    not returned if the friction is significantly positive, because the effort may have a wrong
-    unit.
+    overcomes; a load cancels in this difference. The message is returned if the magnitude of this
+    friction is significantly below WEAK times the smallest Coulomb friction of the bench, and if
+    the rms deviation of the effort from its median is below the smallest Coulomb friction. The
+    message is not returned if the friction is significantly positive, because the effort may have a
+    wrong unit.
     """
     found = stroke_friction(*stroke_efforts(record), confidence)
     least = bench.mechanics.coulomb.interval[0]

@@ -59,7 +59,7 @@ class ScatterTest:
 
 @dataclass(frozen=True)
 class ParameterDrift:
-    """Slope of a parameter over time [1/day], and the p-value of the hypothesis of a zero slope."""
+    """Slope of a parameter over time [parameter's unit per day], and p-value of a zero slope."""
 
     slope: Interval
     p: float

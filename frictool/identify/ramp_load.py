@@ -60,7 +60,7 @@ def _units(term: str, bench: Bench) -> tuple[PositionLoad, ...]:
 
 
 def _largest(term: str, most: float, logs: AxisLogs) -> tuple[PositionLoad, ...]:
-    """Return possible loads of a term, one for each phase, each with the largest effort `most`."""
+    """Return possible loads of a term, one for each phase; the effort of each reaches `most`."""
     units = _units(term, logs.bench)
     efforts = load_efforts(units, _travel(term, logs))
     factors = most * unit_loads(list(efforts.T))

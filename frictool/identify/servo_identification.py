@@ -42,7 +42,7 @@ from frictool.identify.outcome import accept
 from frictool.identify.regression.clusters import FEWEST_CLUSTERS
 from frictool.identify.regression.regression import LeastSquaresSolution, solve
 from frictool.identify.rows.load_terms import laws_of
-from frictool.identify.rows.segments import whole
+from frictool.identify.rows.segments import gap_free_segments
 from frictool.typing import IntVector, Matrix, Vector
 
 LARGEST_ERROR = 0.5  # largest rms position error of a fit, relative to the rms motion
@@ -86,7 +86,7 @@ def identify_servo(
     _refuse_unusable(records)
     start = _start(records, bench)
     free = _free(records, bench, start)
-    segments = whole(records)
+    segments = gap_free_segments(records)
     if not segments:
         raise UnusableLogs("no gap-free part of the logs is long enough to simulate")
     fixed = {name: value for name, value in start.items() if name not in free}

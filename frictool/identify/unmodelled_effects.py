@@ -52,7 +52,7 @@ from frictool.identify.effect_regression import (
     EffectRegression,
     added_scatter,
     effect_regression,
-    other_inertia,
+    inertia_of_other_method,
     unlikely_change,
 )
 from frictool.identify.estimators.explanation_search import NOTICEABLE
@@ -70,7 +70,7 @@ from frictool.identify.motion_record import (
     READ_APART,
     MotionRecord,
     delayed,
-    fitted_part,
+    fitted_sensor_lag,
     late_reading,
     sensed,
 )
@@ -100,8 +100,8 @@ class WidenedFit:
 
     - effect: effects with the smallest p-value; None if no p-value is small enough for a report, or
       if the effects hardly improve the prediction
-    - ratios: width of the interval after and before the widening, as a ratio, for each parameter
-      whose interval becomes much wider
+    - ratios: for each parameter whose interval becomes much wider, the width after the widening
+      divided by the width before
     - beyond: (name of an effect, parameters that the effect moves out of their intervals if its
       effort is as large as fitted); None if there is no such effect
     - cautions: pairs of a parameter's name and a warning about this parameter
@@ -163,7 +163,7 @@ def widened(
     accepted = regression.accepted()
     smoother = effect_regression(fit, records, bench, confidence, SMOOTHER)
     moved = _of_windows(fit, records, bench, confidence, regression, smoother)
-    if regression.noisy and "inertia" not in regression.names and not other_inertia(fit):
+    if regression.noisy and "inertia" not in regression.names and not inertia_of_other_method(fit):
         moved += _of_noise(fit, records, bench, confidence)
     moved += _of_delay(fit, records, bench, regression, regression)
     moved += _of_rivals(fit, records, bench, regression)
@@ -224,7 +224,7 @@ def _beyond(
         for name, shift in effect.whole.items():
             one = intervals[name]
             value = Interval.around(one.value, 0.0)
-            moved = _moved(value, shift, 0.0, True, getattr(bench.mechanics, name))
+            moved = _with_shift(value, shift, 0.0, True, getattr(bench.mechanics, name))
             if _hull(one, moved) != one:
                 names.append(name)
         if names:
@@ -248,7 +248,7 @@ def _with_shifts(
             if name in out:
                 known = getattr(bench.mechanics, name)
                 scatter = one.scatter.get(name, 0.0)
-                end = _moved(fit.parameters[name], shift, scatter, one.one_sided, known)
+                end = _with_shift(fit.parameters[name], shift, scatter, one.one_sided, known)
                 out[name] = _hull(out[name], end)
     return out
 
@@ -442,7 +442,7 @@ def _of_fitted_lag(
     inertia/viscous are exchanged.
     """
     late = next((one for one in regression.free if one.term == DELAY), None)
-    if late is None or all(fitted_part(one, bench) == 0.0 for one in records):
+    if late is None or all(fitted_sensor_lag(one, bench) == 0.0 for one in records):
         return []
     rest = regression.intervals([late]).get(DELAY)
     if rest is None:
@@ -512,7 +512,7 @@ def _hull(one: Interval, other: Interval) -> Interval:
     return replace(one, low=min(one.low, other.low), high=max(one.high, other.high))
 
 
-def _moved(
+def _with_shift(
     interval: Interval, shift: float, scatter: float, one_sided: bool, known: Quantity | None
 ) -> Interval:
     """Return the interval of a parameter, widened for a shift whose half width is `scatter`.

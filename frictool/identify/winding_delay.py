@@ -21,9 +21,10 @@ current i over a period then differs from the mean of the two readings by
 
     g i' + g K a/R        g = T (coth(r/2)/2 - 1/r), r = R T/L
 
-for readings before the updates of the voltage, and by its negative for readings after them. A fit
-with a delay contains the first term: g is the fitted delay relative to the mean of two readings.
-The second term changes the inertia by g K^2/R, at most T/2 K^2/R (`current_between_samples`).
+for readings before the updates of the voltage, and by the negative of this expression for readings
+after the updates. A fit with a delay contains the first term: g is the fitted delay relative to the
+mean of two readings. The second term changes the inertia by g K^2/R, at most T/2 K^2/R
+(`current_between_samples`).
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ from frictool.identify.measurement.winding import (
     RESISTANCE,
     winding_of_records,
 )
-from frictool.identify.motion_record import JITTER, READ_APART, MotionRecord, fitted_part
+from frictool.identify.motion_record import JITTER, READ_APART, MotionRecord, fitted_sensor_lag
 from frictool.identify.rows.effects import DELAY
 
 WHAT = "the inductance of the winding"
@@ -118,8 +119,8 @@ def winding_delay(
     if regression is None or not bench.actuator.winding_delays:
         return None
     alone = regression.intervals().get("inertia")
-    most = regression.undelayed_viscous(viscous)
-    stated = viscous * max(record.lag + fitted_part(record, bench) for record in records)
+    most = regression.inertia_with_undelayed_viscous(viscous)
+    stated = viscous * max(record.lag + fitted_sensor_lag(record, bench) for record in records)
     if alone is None or (most is None and stated == 0.0):
         return None
     increase = stated + (0.0 if most is None else most.value - alone.value)

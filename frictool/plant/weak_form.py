@@ -13,7 +13,7 @@ import numpy as np
 from frictool.typing import Vector
 
 
-def bell(window: int) -> Vector:
+def sampled_test_function(window: int) -> Vector:
     """Return the test function, shape (window - 2,), with sum 1.
 
     The second difference of the test function, shape (window,), gives the weights of the measured

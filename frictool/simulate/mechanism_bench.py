@@ -22,7 +22,7 @@ from frictool.engine.mechanism.state import MechanismState, rest
 from frictool.errors import NoSolutionError
 from frictool.simulate.bench_experiment import RampRows
 from frictool.simulate.mechanism_inputs import inputs_of
-from frictool.simulate.mechanism_plant import MechanismPlant, sight_of
+from frictool.simulate.mechanism_plant import MechanismPlant, ports_of
 from frictool.simulate.mechanism_rig import block_positions
 from frictool.typing import IntVector, Vector
 
@@ -32,7 +32,7 @@ class PreparedBenchRun(NamedTuple):
 
     machine: CompiledMechanism
     state: MechanismState
-    sight: ControlPorts
+    ports: ControlPorts
     inputs: MechanismInputs
     drifting: DriftedNumbers
     out: MechanismRecord
@@ -60,7 +60,7 @@ class MechanismBenchPlant:
             play_reference(
                 at.machine,
                 at.state,
-                at.sight,
+                at.ports,
                 servo,
                 reference,
                 period,
@@ -82,7 +82,7 @@ class MechanismBenchPlant:
             play_ramps(
                 at.machine,
                 at.state,
-                at.sight,
+                at.ports,
                 *ramps,
                 delay,
                 at.inputs,
@@ -116,7 +116,7 @@ class MechanismBenchPlant:
         return PreparedBenchRun(
             machine,
             state,
-            sight_of(plant.controlled.source, plant.controlled, self.rig.resolution, placed),
+            ports_of(plant.controlled.source, plant.controlled, self.rig.resolution, placed),
             inputs_of({}, [], len(plant.assembled.sources), samples, self.rig.sample_period_s),
             DriftedNumbers(NO_CONDITIONS, nowhere, nowhere, np.empty(0), np.inf),
             out,

@@ -19,13 +19,13 @@ class EventCsv:
     def __init__(self) -> None:
         self._parts = [HEAD]
 
-    def add(self, moved: MechanismOutcome) -> None:
+    def add(self, outcome: MechanismOutcome) -> None:
         """Add the events of one variant, in order of time."""
-        name = moved.variant.name
+        name = outcome.variant.name
         self._parts += [
-            f"{event[0]:.9f},{name},{element_of(moved.variant, event)},"
+            f"{event[0]:.9f},{name},{element_of(outcome.variant, event)},"
             f"{NAMES[int(event[1])]},{event[3]:.9g}\n"
-            for event in moved.out.events
+            for event in outcome.out.events
         ]
 
     @property

@@ -44,7 +44,7 @@ class MechanismPlant:
         self,
         document: Mechanism,
         assembled: AssembledMechanism,
-        watch: Callable[[MechanismOutcome], None] = lambda moved: None,
+        watch: Callable[[MechanismOutcome], None] = lambda outcome: None,
     ) -> None:
         self.watch = watch
         self.document = document
@@ -129,7 +129,7 @@ class MechanismPlant:
                     f"{self.name}, plant {variant.name}: the start {error}"
                 ) from None
             rig = rig_of_mechanism(variant.document, variant.assembled)[1]
-            sight = sight_of(self.controlled.source, rig, self.rig.resolution, start)
+            ports = ports_of(self.controlled.source, rig, self.rig.resolution, start)
             running = loop.running if loop.target is None else None
             common = (
                 inputs,
@@ -139,10 +139,13 @@ class MechanismPlant:
                 running,
                 loop.target,
             )
-            tasks.append((MechanismTask(loop.reference.size, sight, *common), start))
-        for moved in play_all(variants, tasks, loop.progress):
-            self.watch(moved)
-            yield moved.variant, run_of(moved, channels, [*self._scheduled(loop.controller, moved)])
+            tasks.append((MechanismTask(loop.reference.size, ports, *common), start))
+        for outcome in play_all(variants, tasks, loop.progress):
+            self.watch(outcome)
+            yield (
+                outcome.variant,
+                run_of(outcome, channels, [*self._scheduled(loop.controller, outcome)]),
+            )
 
     def linear(self, variant: MechanismVariant, conditions: Vector) -> None:
         """Return None, because margins are defined for a single axis only."""
@@ -155,8 +158,8 @@ class MechanismPlant:
     def described(self, variant: MechanismVariant) -> str:
         return variant.described()
 
-    def _scheduled(self, controller: Controller, moved: MechanismOutcome) -> Iterator[str]:
-        if controller.schedule is not None and not moved.variant.name:
+    def _scheduled(self, controller: Controller, outcome: MechanismOutcome) -> Iterator[str]:
+        if controller.schedule is not None and not outcome.variant.name:
             names = ", ".join(controller.schedule.parameters)
             yield (
                 f"the controller is scheduled by {names}, which a mechanism does not provide; "
@@ -169,7 +172,7 @@ def width_of(assembled: AssembledMechanism) -> float:
     return 1.0 + len(assembled.blocks) / 3.0
 
 
-def sight_of(
+def ports_of(
     source: int, controlled: ControlledAxis, resolution: float, start: Vector
 ) -> ControlPorts:
     """Return the source, the sensor's block and the load of a controlled mechanism.
@@ -193,12 +196,12 @@ def sight_of(
 
 
 def run_of(
-    moved: MechanismOutcome, channels: MechanismChannels, warnings: Sequence[str]
+    outcome: MechanismOutcome, channels: MechanismChannels, warnings: Sequence[str]
 ) -> VariantRun:
     """Return the result of a variant for `SimulatedPlant.play`, with the stream `/mechanism`."""
-    stream = channels.stream(moved.variant, moved.out.motion, moved.out.modes)
+    stream = channels.stream(outcome.variant, outcome.out.motion, outcome.out.modes)
     return VariantRun(
-        moved.out.record, (stream,), (*warnings_of(moved), *warnings), metadata_of(moved)
+        outcome.out.record, (stream,), (*warnings_of(outcome), *warnings), metadata_of(outcome)
     )
 
 

@@ -24,28 +24,28 @@ from frictool.simulate.mechanism_runs import ROOM_FOR_EVENTS, MechanismOutcome, 
 ENERGY, EVENTS = "energy", "events"
 
 
-def metadata_of(moved: MechanismOutcome) -> dict[str, dict[str, str]]:
+def metadata_of(outcome: MechanismOutcome) -> dict[str, dict[str, str]]:
     """Return the log's metadata records on energies and events of one simulated variant."""
-    topic = moved.variant.whole_topic
+    topic = outcome.variant.whole_topic
     return {
-        f"{ENERGY}{topic}": {name: repr(value) for name, value in energy_of(moved).items()},
-        f"{EVENTS}{topic}": {name: str(count) for name, count in events_of(moved).items()},
+        f"{ENERGY}{topic}": {name: repr(value) for name, value in energy_of(outcome).items()},
+        f"{EVENTS}{topic}": {name: str(count) for name, count in events_of(outcome).items()},
     }
 
 
-def energy_of(moved: MechanismOutcome) -> dict[str, float]:
+def energy_of(outcome: MechanismOutcome) -> dict[str, float]:
     """Return the energies [J] of one simulated variant over the whole simulation.
 
     The keys are `input`, `kinetic`, `stored`, `lost in NAME` for each element with losses, and
     `residual`. `kinetic` and `stored` are gains of energy.
     """
-    made = moved.variant.assembled
-    work = work_by_element(moved.machine, moved.state)
-    now = balance(moved.machine, moved.state)
+    made = outcome.variant.assembled
+    work = work_by_element(outcome.machine, outcome.state)
+    now = balance(outcome.machine, outcome.state)
     energies = {
         "input": now.put_in,
-        "kinetic": now.kinetic - moved.before.kinetic,
-        "stored": now.stored - moved.before.stored,
+        "kinetic": now.kinetic - outcome.before.kinetic,
+        "stored": now.stored - outcome.before.stored,
     }
     lost: Counter[str] = Counter()
     for names, values in (
@@ -59,22 +59,23 @@ def energy_of(moved: MechanismOutcome) -> dict[str, float]:
         for name, value in zip(names, values.tolist(), strict=True):
             lost[name] += value
     energies |= {f"lost in {name}": value for name, value in lost.items() if value != 0.0}
-    return energies | {"residual": moved.before.total - now.total}
+    return energies | {"residual": outcome.before.total - now.total}
 
 
-def events_of(moved: MechanismOutcome) -> dict[str, int]:
+def events_of(outcome: MechanismOutcome) -> dict[str, int]:
     """Return the number of events by element and kind, with keys such as `ELEMENT KIND`.
 
     The key `not kept` has the number of events that were not stored (more than ROOM_FOR_EVENTS).
     """
     counts = Counter(
-        f"{element_of(moved.variant, event)} {NAMES[int(event[1])]}" for event in moved.out.events
+        f"{element_of(outcome.variant, event)} {NAMES[int(event[1])]}"
+        for event in outcome.out.events
     )
-    more = int(moved.out.happened[0]) - ROOM_FOR_EVENTS
+    more = int(outcome.out.happened[0]) - ROOM_FOR_EVENTS
     return dict(sorted(counts.items())) | ({"not kept": more} if more > 0 else {})
 
 
-def left_out(moved: MechanismOutcome) -> Iterator[tuple[int, float, float]]:
+def left_out(outcome: MechanismOutcome) -> Iterator[tuple[int, float, float]]:
     """Yield (link, deflection, deflection rate) of each oscillation that the engine suppresses.
 
     The engine damps a fast link critically. The deflection [rad | m] of the real oscillation is
@@ -83,10 +84,10 @@ def left_out(moved: MechanismOutcome) -> Iterator[tuple[int, float, float]]:
     estimates assume that the oscillation causes no event; after an impact, the real values can be
     about 1.4 times as large.
     """
-    packed = moved.variant.assembled.packed
-    rates = rates_of(moved.variant.assembled)
+    packed = outcome.variant.assembled.packed
+    rates = rates_of(outcome.variant.assembled)
     for link in np.flatnonzero(rates.raised).tolist():
-        changes = float(moved.state.pace[SWINGS + link])
+        changes = float(outcome.state.pace[SWINGS + link])
         stiffness = float(packed.couplings.stiffness[link])
         yield (
             link,
@@ -95,20 +96,20 @@ def left_out(moved: MechanismOutcome) -> Iterator[tuple[int, float, float]]:
         )
 
 
-def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
+def warnings_of(outcome: MechanismOutcome) -> Iterator[str]:
     """Yield the warnings of the assembly, of suppressed oscillations, and of end stops hit."""
-    made = moved.variant.assembled
-    if not moved.variant.name:
+    made = outcome.variant.assembled
+    if not outcome.variant.name:
         yield from made.notes
-    for link, deflection, speed in left_out(moved):
+    for link, deflection, speed in left_out(outcome):
         unit = si_unit("position", made.kinds[int(made.packed.couplings.b[link])])
         warning = (
             f"{made.couplings[link]} is damped critically; its oscillation of about "
             f"{deflection:.2g} {unit} and {speed:.2g} {unit}/s is left out, "
             "which assumes that the oscillation causes no event"
         )
-        yield f"{moved.variant.topic}: {warning}"
-    strikes = moved.out.events[moved.out.events[:, 1] == STRIKES]
+        yield f"{outcome.variant.topic}: {warning}"
+    strikes = outcome.out.events[outcome.out.events[:, 1] == STRIKES]
     for index in np.unique(strikes[:, 2]).astype(int).tolist():
         block = int(made.packed.stops.block[index])
         first = strikes[strikes[:, 2] == index][0]
@@ -116,4 +117,4 @@ def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
             f"{made.blocks[block]} strikes its end stop {made.stops[index]}, first at "
             f"{first[0]:.3f} s"
         )
-        yield f"{moved.variant.topic}: {warning}"
+        yield f"{outcome.variant.topic}: {warning}"

@@ -72,7 +72,7 @@ class MechanismTask(NamedTuple):
     """Inputs of the simulation of one variant of a mechanism.
 
     - samples: number of samples
-    - sight: blocks and source that a controller uses
+    - ports: blocks and source that a controller uses
     - inputs: signals of sources and efforts on blocks
     - conditions: drifts and sensor faults (engine/disturbances_and_faults.py)
     - reference (samples,): reference of the controller; None without a controller
@@ -82,7 +82,7 @@ class MechanismTask(NamedTuple):
     """
 
     samples: int
-    sight: ControlPorts
+    ports: ControlPorts
     inputs: MechanismInputs
     conditions: Vector
     reference: Vector | None
@@ -113,11 +113,11 @@ def play_all(
             chosen = range(done, min(done + batch, total))
             # in this thread, so that an interrupt is handled between two pieces
             if len(chosen) == 1:
-                yield moved(variants[done], *tasks[done], alone)
+                yield simulate_variant(variants[done], *tasks[done], alone)
             else:
                 yield from threads.map(
                     lambda index, context: context.run(
-                        moved, variants[index], *tasks[index], alone
+                        simulate_variant, variants[index], *tasks[index], alone
                     ),
                     chosen,
                     [copy_context() for _ in chosen],
@@ -127,7 +127,7 @@ def play_all(
                 progress(done, total)
 
 
-def moved(
+def simulate_variant(
     variant: MechanismVariant,
     task: MechanismTask,
     start: Vector,
@@ -170,7 +170,7 @@ def _by_kernel(
     out: MechanismRecord,
     progress: Callable[[int, int], None],
 ) -> int:
-    shown = np.array([measure(state.y[task.sight.sensor], task.sight.step)])
+    shown = np.array([measure(state.y[task.ports.sensor], task.ports.step)])
     waiting = np.zeros(task.delay_samples + 1)
     program = None if task.controller is None else copy_program(task.controller)
     if program is not None:
@@ -180,10 +180,10 @@ def _by_kernel(
         end = min(begin + PIECE, task.samples)
         rest_of = (task.inputs, drifting, out)
         if program is None:
-            status, _ = follow(machine, state, task.sight, begin, end, shown, *rest_of)
+            status, _ = follow(machine, state, task.ports, begin, end, shown, *rest_of)
         else:
             status, _ = run(
-                machine, state, program, task.sight, reference, begin, end, waiting, shown, *rest_of
+                machine, state, program, task.ports, reference, begin, end, waiting, shown, *rest_of
             )
         if status != OK:
             return int(status)
@@ -199,19 +199,19 @@ def _by_target(
     out: MechanismRecord,
     progress: Callable[[int, int], None],
 ) -> int:
-    target, reference, sight = task.target, task.reference, task.sight
+    target, reference, ports = task.target, task.reference, task.ports
     assert target is not None
     assert reference is not None
     waiting = np.zeros(task.delay_samples + 1)
-    shown = float(measure(state.y[sight.sensor], sight.step))
+    shown = float(measure(state.y[ports.sensor], ports.step))
     target.start(shown)
     for k in range(task.samples):
-        shown = float(encoder_reading(sight, state, shown, drifting.conditions, k))
+        shown = float(encoder_reading(ports, state, shown, drifting.conditions, k))
         command = target.step(
-            float(reference[k]), shown, float(state.y[machine.whole[BLOCKS] + sight.sensor])
+            float(reference[k]), shown, float(state.y[machine.whole[BLOCKS] + ports.sensor])
         )
         status = advance_controlled_sample(
-            machine, state, sight, waiting, k, shown, command, task.inputs, drifting, out
+            machine, state, ports, waiting, k, shown, command, task.inputs, drifting, out
         )
         if status != OK:
             return int(status)
@@ -237,8 +237,8 @@ def _drifting(
         indices.append(int(whole[PRESSING]) + 2 * place)
         columns.append(FRICTION)
     limit = np.inf
-    if task.sight.source != NOBODY:
-        row = int(whole[SOURCE]) + task.sight.source * SOURCE_WIDTH
+    if task.ports.source != NOBODY:
+        row = int(whole[SOURCE]) + task.ports.source * SOURCE_WIDTH
         indices.append(row + CONSTANT)
         columns.append(CONSTANT_FACTOR)
         limit = float(numbers[row + LIMIT])

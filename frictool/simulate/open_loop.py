@@ -33,9 +33,9 @@ from frictool.simulate.mechanism_channels import MechanismChannels
 from frictool.simulate.mechanism_inputs import mean_efforts
 from frictool.simulate.mechanism_plant import (
     check_mechanism_scenario,
+    ports_of,
     run_of,
     scenario_inputs,
-    sight_of,
     width_of,
 )
 from frictool.simulate.mechanism_rig import ControlledAxis, block_positions, rig_of_mechanism
@@ -55,7 +55,7 @@ def simulate_open_loop(
     provenance: Provenance,
     names: DocumentNames,
     progress: Callable[[int, int], None] = lambda done, total: None,
-    watch: Callable[[MechanismOutcome], None] = lambda moved: None,
+    watch: Callable[[MechanismOutcome], None] = lambda outcome: None,
 ) -> Log:
     """Simulate a mechanism without a controller; return the log with warnings.
 
@@ -96,11 +96,15 @@ def simulate_open_loop(
     streams = []
     warnings = list[str]()
     metadata = dict[str, dict[str, str]]()
-    for index, moved in enumerate(play_all(variants, tasks, progress)):
-        watch(moved)
-        run = run_of(moved, channels, [])
+    for index, outcome in enumerate(play_all(variants, tasks, progress)):
+        watch(outcome)
+        run = run_of(outcome, channels, [])
         streams += [
-            *([] if sensors is None else [sensors.stream(moved.variant.topic, index, run.record)]),
+            *(
+                []
+                if sensors is None
+                else [sensors.stream(outcome.variant.topic, index, run.record)]
+            ),
             *run.streams,
         ]
         warnings += run.warnings
@@ -133,7 +137,7 @@ def _task(
 ) -> tuple[MechanismTask, Vector]:
     if seen is None:
         start = variant.assembled.start
-        sight = ControlPorts(NOBODY, 0, 0, 0.0, 0.0, 0.0, 1.0)
+        ports = ControlPorts(NOBODY, 0, 0, 0.0, 0.0, 0.0, 1.0)
     else:
         rig, controlled = rig_of_mechanism(variant.document, variant.assembled)
         sensor = controlled.sensor_block
@@ -142,8 +146,8 @@ def _task(
             if scenario.start is None
             else block_positions(variant.document, variant.assembled, sensor, scenario.start.value)
         )
-        sight = sight_of(controlled.source, controlled, rig.resolution, start)
-    return MechanismTask(samples, sight, *inputs, None, 0, None, None), start
+        ports = ports_of(controlled.source, controlled, rig.resolution, start)
+    return MechanismTask(samples, ports, *inputs, None, 0, None, None), start
 
 
 def _check(

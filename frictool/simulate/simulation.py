@@ -102,7 +102,7 @@ def _simulate_mechanism(
         assembled = assemble(plant)
         if controller is None:
             return simulate_open_loop(plant, assembled, scenario, origin, names, progress)
-        driven = MechanismPlant(plant, assembled, lambda moved: None)
+        driven = MechanismPlant(plant, assembled, lambda outcome: None)
         return simulate_closed_loop(driven, controller, scenario, origin, names, progress, request)
     except ElementError as wrong:
         raise document_error(names.model, wrong.key, str(wrong)) from None

@@ -37,7 +37,7 @@ from frictool.documents.quantity import si_unit
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.synth.tracking_blocks import outside_notes, stored_feedforward, stored_profile
 from frictool.synth.weights import DerivedValue
-from frictool.verify.encoder_count_drive import count_current
+from frictool.verify.encoder_count_drive import drive_after_count
 from frictool.verify.feedback_loops import DIFFERENCE, FeedbackLoop, from_position, low_pass
 
 FILTER = 10.0  # times the prefilter's frequency, "10 fois plus rapide" under (5.70)
@@ -268,7 +268,7 @@ class _BlockRules:
                 "default; write the speed below which the modelled friction decreases to 0"
             ).at("design", "friction_compensation.smoothing_speed")
         block = FeedbackLoop("velocity", low_pass(self.velocity, self.period), (DIFFERENCE,))
-        value = count_current(from_position(block), self.model.bench.encoder.resolution)
+        value = drive_after_count(from_position(block), self.model.bench.encoder.resolution)
         return self.tell(
             "friction_compensation.smoothing_speed",
             value,

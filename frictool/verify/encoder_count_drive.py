@@ -9,7 +9,7 @@ from frictool.plant.lti import Lti
 HORIZON = 10  # samples; afterwards the loop has reacted
 
 
-def count_current(controller: Lti, step: float, horizon: int = HORIZON) -> float:
+def drive_after_count(controller: Lti, step: float, horizon: int = HORIZON) -> float:
     """Return the largest |drive| [A | V] after a displacement by one encoder count from rest.
 
     - step: size of an encoder count [rad | m]

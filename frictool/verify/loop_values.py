@@ -25,7 +25,7 @@ from frictool.plant.linear_axis import AxisRates
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_linear
 from frictool.verify.document_check import loop_checks
-from frictool.verify.encoder_count_drive import count_current
+from frictool.verify.encoder_count_drive import drive_after_count
 from frictool.verify.feedback_loops import (
     FeedbackLoop,
     feedbacks,
@@ -127,7 +127,7 @@ class LinearLoops:
 
     def count_drive(self) -> float:
         """Return the largest drive [A | V] that one encoder count causes at rest."""
-        return max(count_current(from_position(loop), self.count) for loop in self.feedbacks())
+        return max(drive_after_count(from_position(loop), self.count) for loop in self.feedbacks())
 
     def margins(self) -> stored.Margins:
         """Return the worst value of each margin over all loops and vertices."""

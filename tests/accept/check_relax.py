@@ -28,7 +28,7 @@ from frictool.synth.minimax import minimax
 from frictool.synth.synthesis_problem import SynthesisProblem
 from frictool.synth.weight_relaxation import Trade, relax
 from frictool.synth.weights import choose_weights
-from frictool.verify.encoder_count_drive import count_current
+from frictool.verify.encoder_count_drive import drive_after_count
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop, performance
 from studies.rigs.clutch_model import ROOT, clutch_model
@@ -108,7 +108,7 @@ def relaxes_the_speed_loop() -> dict[str, Any]:
     found = Document(40.0, weights.disturbance, weights.drive, weights.command, noise)
     model, here = clutch_model(), Provenance("a check", "0")
     controller = design_controller(model, SPEC, msgspec.structs.replace(SPEED, weights=found), here)
-    asks = count_current(
+    asks = drive_after_count(
         read_state_space(controller.linear.discrete, PERIOD), model.bench.encoder.resolution
     )
     margin = min(

@@ -34,7 +34,7 @@ from frictool.identify.excite.cramer_rao import (
     cramer_rao,
     regressors,
 )
-from frictool.plant.weak_form import bell
+from frictool.plant.weak_form import sampled_test_function
 from studies.rigs.identification_rigs import clutch
 
 AXIS = PriorAxis(inertia=2.0, viscous=3.0, coulomb=1.0)
@@ -150,7 +150,7 @@ def test_the_weak_form_errs_as_predicted() -> None:
         [],
         np.array([AXIS.inertia, AXIS.viscous, AXIS.coulomb, 0.4]),
     )
-    phi = bell(window)
+    phi = sampled_test_function(window)
     g = regressors(STROKES[0], AXIS, SENSING)
     n = g.shape[0]
     velocity, acceleration = g[:, 1], g[:, 0]

@@ -26,7 +26,7 @@ from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import make_record, record_of
 from frictool.identify.regression.term_selection import clearly_better
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, SPRING, possible
-from frictool.identify.rows.segments import RecordSegment, thinned, whole
+from frictool.identify.rows.segments import RecordSegment, gap_free_segments, thinned
 from frictool.logs.log_reader import read_log
 from frictool.plant.axis import AxisParameters
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
@@ -45,7 +45,7 @@ TRUTH = {"inertia": 5.0, "viscous": 12.0, "coulomb": 8.0, "offset": 0.5}
 
 
 def test_without_noise_the_truth_is_found_to_the_encoder() -> None:
-    simulated = SegmentSimulation(whole([driven(plain_axis())]), linear_bench())
+    simulated = SegmentSimulation(gap_free_segments([driven(plain_axis())]), linear_bench())
     found = estimate(simulated, {"inertia": 4.0, "viscous": 15.0, "coulomb": 7.0, "offset": 0.0})
     assert found.values == pytest.approx(TRUTH, rel=2e-3)
     assert np.sqrt(np.mean(found.residual**2)) < 5.0 * ENCODER_STEP
@@ -54,12 +54,12 @@ def test_without_noise_the_truth_is_found_to_the_encoder() -> None:
 @pytest.mark.parametrize("unknown", ["viscous", "coulomb"])
 def test_a_bench_that_states_a_friction_of_zero_does_not_hide_it(unknown: str) -> None:
     start = {"inertia": 4.0, "viscous": 15.0, "coulomb": 7.0, "offset": 0.0, unknown: 0.0}
-    simulated = SegmentSimulation(whole([driven(plain_axis())]), linear_bench())
+    simulated = SegmentSimulation(gap_free_segments([driven(plain_axis())]), linear_bench())
     assert estimate(simulated, start).values == pytest.approx(TRUTH, rel=2e-3)
 
 
 def test_a_simulation_that_runs_away_is_no_fit() -> None:
-    segments = whole([driven(plain_axis())])
+    segments = gap_free_segments([driven(plain_axis())])
     simulated = SegmentSimulation(segments, linear_bench(), (SPRING,))
     start = {**TRUTH, "stiffness": -5e4}  # grows by a factor e in 10 ms
     (segment,) = segments
@@ -90,7 +90,7 @@ def test_a_load_that_is_there_is_found_by_what_it_predicts(
     kept, errors = choose_terms([record], linear_bench(), TRUTH, 0.95)
     assert kept == (term,)
     assert errors[term] < 0.1 * errors["sliding"]
-    found = estimate(SegmentSimulation(whole([record]), linear_bench(), kept), TRUTH)
+    found = estimate(SegmentSimulation(gap_free_segments([record]), linear_bench(), kept), TRUTH)
     assert {name: found.values[name] for name in names} == pytest.approx(names, rel=1e-2)
 
 
@@ -173,7 +173,7 @@ def test_motion_in_one_direction_is_refused() -> None:
 def test_emps_simulates_itself() -> None:
     bench = load(EMPS, Bench)
     record = record_of(read_log(data("emps", "DATA_EMPS.mat"), bench), bench)
-    simulated = SegmentSimulation(whole([record]), bench)
+    simulated = SegmentSimulation(gap_free_segments([record]), bench)
     for values, millimetres in (
         ((95.1089, 203.5034, 20.3935, -3.1648), 6.65),
         ((93.72, 201.73, 20.91, -3.33), 2.68),
@@ -219,7 +219,7 @@ def test_strokes_are_joined_to_at_most_sixty_clusters(strokes: int) -> None:
     position = np.concatenate([a + (b - a) * share for a, b in itertools.pairwise(ends)])
     time = np.arange(position.size) * PERIOD
     record = make_record("log", time, position, np.zeros(time.size), ENCODER_STEP, 0.0)
-    (number,) = cluster_numbers(whole([record]))
+    (number,) = cluster_numbers(gap_free_segments([record]))
     used = np.unique(number)
     assert np.array_equal(used, np.arange(used.size))
     assert used.size == -(-strokes // (-(-strokes // 60)))

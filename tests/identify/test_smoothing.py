@@ -1,5 +1,4 @@
-"""Smoothing in phase: the bump, the effort's weights, and the equation of motion that survives them
-exactly."""
+"""Zero-phase smoothing: the kernel, the weights of the effort, and the exact equation of motion."""
 
 from __future__ import annotations
 
@@ -23,10 +22,10 @@ from frictool.identify.rows.slip_fit import (
 )
 from frictool.identify.rows.smoothing import (
     acceleration_filter,
-    bump,
     choose_window,
     position_noise,
     smoothed,
+    smoothing_kernel,
 )
 from frictool.plant.weak_form import effort_weights
 from tests.support.linear_axis import linear_axis
@@ -38,7 +37,7 @@ WINDOWS = st.integers(3, 60).map(lambda n: 2 * n + 1)
 @settings(derandomize=True, deadline=None, max_examples=30)
 @given(window=WINDOWS)
 def test_the_filter_is_the_second_difference_of_the_bump(window: int) -> None:
-    g, c = bump(window, PERIOD), acceleration_filter(window, PERIOD)
+    g, c = smoothing_kernel(window, PERIOD), acceleration_filter(window, PERIOD)
     assert g.sum() == pytest.approx(1.0, rel=1e-9)
     assert np.allclose(g, g[::-1], atol=1e-12)
     assert np.all(g > 0.0)

@@ -188,7 +188,7 @@ def test_a_declared_temperature_that_the_logs_lack_is_refused() -> None:
     (record,) = axis.records
     missing = replace(record, temperature=None)
     for records, reason in (
-        ([record], r"varies by 0 K \(40 to 40 degC\), and temperature of load.terms needs 5 K"),
+        ([record], r"varies by 0 K \(40 to 40 degC\), and the effect temperature needs 5 K"),
         ([missing], "warm_0 has no temperature, .* name its column under columns.temperature"),
     ):
         with pytest.raises(UnusableLogs, match=reason):

@@ -22,7 +22,11 @@ from frictool.identify.methods import METHODS, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record, velocity_record
 from frictool.identify.regression.newey_west import newey_west
 from frictool.identify.regression.regression import SingularRegressors
-from frictool.identify.rows.smoothing import acceleration_filter, acceleration_response, bump
+from frictool.identify.rows.smoothing import (
+    acceleration_filter,
+    acceleration_response,
+    smoothing_kernel,
+)
 from frictool.plant.axis import AxisParameters, rest
 from studies.command_line import run as command
 from tests.support.command_line import refused
@@ -110,7 +114,7 @@ def test_the_response_to_a_velocity_is_that_to_its_integral() -> None:
     expected = np.correlate(integral, acceleration_filter(window, PERIOD), mode="valid")
     response = acceleration_response(record, window)
     assert np.linalg.norm(response) == pytest.approx(np.linalg.norm(expected), rel=1e-9)
-    assert bump(window, PERIOD).sum() == pytest.approx(1.0)
+    assert smoothing_kernel(window, PERIOD).sum() == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("method", [name for name, row in METHODS.items() if not row.velocity])

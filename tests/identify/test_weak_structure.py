@@ -21,7 +21,7 @@ from frictool.identify.rows.friction_columns import (
     position_columns,
 )
 from frictool.plant.axis import AxisParameters
-from frictool.plant.weak_form import bell
+from frictool.plant.weak_form import sampled_test_function
 from studies.rigs.curve_logs import nonlinear_clutch
 from studies.rigs.identification_rigs import clutch, record
 from studies.rigs.sample_logs import TRUTH, sines
@@ -82,7 +82,7 @@ def test_what_is_there_gets_its_columns_and_what_is_not_gets_none(
 
 
 def test_columns_are_means_under_the_bell() -> None:
-    """A slow reference: each row is the bell times its samples."""
+    """A slow reference: each row is the test function times its samples."""
     draw = np.random.default_rng(4)
     n, window = 80, 21
     sign, speed, kept = (
@@ -90,16 +90,16 @@ def test_columns_are_means_under_the_bell() -> None:
         100.0 * draw.random(n),
         np.array([20, 37, 59]),
     )
-    rows = FrictionRows(sign, speed, kept, bell(window))
+    rows = FrictionRows(sign, speed, kept, sampled_test_function(window))
     for k, value, derivative in zip(
         kept, bend_column([rows], 40.0), knee_column([rows], 40.0), strict=True
     ):
         part = slice(k - window // 2 + 1, k + window // 2)
         assert value == pytest.approx(
-            np.sum(bell(window) * sign[part] * np.maximum(speed[part] - 40.0, 0.0))
+            np.sum(sampled_test_function(window) * sign[part] * np.maximum(speed[part] - 40.0, 0.0))
         )
         assert derivative == pytest.approx(
-            np.sum(bell(window) * -sign[part] * (speed[part] > 40.0))
+            np.sum(sampled_test_function(window) * -sign[part] * (speed[part] > 40.0))
         )
 
 
@@ -109,7 +109,10 @@ def test_polynomials_of_the_position_have_no_mean() -> None:
     log = record(sines(0, truth), truth)
     even = np.linspace(2.0, 50.0, log.position.size)
     rows = FrictionRows(
-        np.ones(even.size), np.ones(even.size), np.arange(100, even.size - 100), bell(11)
+        np.ones(even.size),
+        np.ones(even.size),
+        np.arange(100, even.size - 100),
+        sampled_test_function(11),
     )
     columns = position_columns(
         type(log)(

@@ -21,7 +21,7 @@ from frictool.plant.lti import Lti, gain, tustin
 from frictool.synth.pid import sampled_pid
 from frictool.synth.realisation import running_in_sections, stored_forms
 from frictool.verify.document_check import check_feedback
-from frictool.verify.encoder_count_drive import count_current
+from frictool.verify.encoder_count_drive import drive_after_count
 from frictool.verify.feedback_loops import (
     DIFFERENCE,
     ETA,
@@ -193,11 +193,14 @@ def test_what_a_count_asks_for_through_a_difference() -> None:
     step, velocity = 0.1122, VELOCITIES["first order"]
     loop = FeedbackLoop("a", low_pass(velocity, PERIOD), (DIFFERENCE,))
     x = velocity.bandwidth_rad_s * PERIOD
-    assert count_current(from_position(loop), step) == pytest.approx(
+    assert drive_after_count(from_position(loop), step) == pytest.approx(
         max(step / PERIOD * x / (2.0 + x) * v for v in (1.0, 1.0 + (2.0 - x) / (2.0 + x)))
     )
-    assert count_current(from_position(FeedbackLoop("a", gain(3.0, PERIOD), (SPEED,))), step) == 0.0
-    assert count_current(
+    assert (
+        drive_after_count(from_position(FeedbackLoop("a", gain(3.0, PERIOD), (SPEED,))), step)
+        == 0.0
+    )
+    assert drive_after_count(
         from_position(FeedbackLoop("a", gain(3.0, PERIOD), (ETA,))), step
     ) == pytest.approx(3.0 * step)
 

@@ -25,7 +25,7 @@ from frictool.typing import IntVector, Vector
 def play_reference(
     machine: CompiledMechanism,
     state: MechanismState,
-    sight: ControlPorts,
+    ports: ControlPorts,
     servo: Vector,
     reference: Vector,
     period: float,
@@ -39,19 +39,19 @@ def play_reference(
     """Simulate a mechanism under the bench's position loop with the `reference` (n,).
 
     - servo (5,): array of a `PositionServo`
-    - sight, inputs, drifting, out: records of engine/mechanism/closed_loop.py; `inputs` must
+    - ports, inputs, drifting, out: records of engine/mechanism/closed_loop.py; `inputs` must
       contain no signals, and `drifting` no drifts
 
     `position` and `drive` (n,) are filled. Returns a status of engine/status_codes.py.
     """
-    constant = ly.constant(machine.numbers, ly.source_row(machine.whole, sight.source))
+    constant = ly.constant(machine.numbers, ly.source_row(machine.whole, ports.source))
     waiting = np.zeros(delay + 1)
-    memory = ServoMemory(measure(state.y[sight.sensor], sight.step), reference[0], 0.0)
+    memory = ServoMemory(measure(state.y[ports.sensor], ports.step), reference[0], 0.0)
     for k in range(reference.shape[0]):
-        measured = measure(state.y[sight.sensor], sight.step)
+        measured = measure(state.y[ports.sensor], ports.step)
         effort, memory = servo_effort(servo, memory, reference[k], measured, period)
         status = advance_controlled_sample(
-            machine, state, sight, waiting, k, measured, effort / constant, inputs, drifting, out
+            machine, state, ports, waiting, k, measured, effort / constant, inputs, drifting, out
         )
         position[k], drive[k] = out.record[k, MEASURED], out.record[k, TRUE_DRIVE]
         if status != OK:
@@ -63,7 +63,7 @@ def play_reference(
 def play_ramps(
     machine: CompiledMechanism,
     state: MechanismState,
-    sight: ControlPorts,
+    ports: ControlPorts,
     rows: Vector,
     segment: Vector,
     following: IntVector,
@@ -84,16 +84,16 @@ def play_ramps(
     (1,) is set to the number of applied values. Returns a status of engine/status_codes.py.
     """
     waiting = np.zeros(delay + 1)
-    progress = RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step))
+    progress = RampProgress(0, segment[0], measure(state.y[ports.sensor], ports.step))
     for k in range(rows.shape[0]):
-        measured = measure(state.y[sight.sensor], sight.step)
+        measured = measure(state.y[ports.sensor], ports.step)
         progress = next_progress(
             progress, rows.shape[0], segment, following, turning, rules, measured
         )
         if progress.row == rows.shape[0]:
             return OK
         status = advance_controlled_sample(
-            machine, state, sight, waiting, k, measured, rows[progress.row], inputs, drifting, out
+            machine, state, ports, waiting, k, measured, rows[progress.row], inputs, drifting, out
         )
         position[k], drive[k] = out.record[k, MEASURED], out.record[k, TRUE_DRIVE]
         played[0] = k + 1

@@ -132,12 +132,12 @@ def flowing(
 
 @kernel
 def encoder_reading(
-    sight: ControlPorts, state: MechanismState, last: float, conditions: Vector, k: int
+    ports: ControlPorts, state: MechanismState, last: float, conditions: Vector, k: int
 ) -> float:
     """Return the encoder's reading [rad | m] at sample k; a stuck encoder repeats `last`."""
-    reported = measure(state.y[sight.sensor], sight.step)
+    reported = measure(state.y[ports.sensor], ports.step)
     return (
-        faulty(reported, sight.step, last, conditions[k]) if conditions.shape[0] > 0 else reported
+        faulty(reported, ports.step, last, conditions[k]) if conditions.shape[0] > 0 else reported
     )
 
 
@@ -145,7 +145,7 @@ def encoder_reading(
 def _write(
     machine: CompiledMechanism,
     state: MechanismState,
-    sight: ControlPorts,
+    ports: ControlPorts,
     k: int,
     drives: Vector,
     out: MechanismRecord,
@@ -158,17 +158,17 @@ def _write(
     for i in range(state.modes.shape[0]):
         out.modes[k, i] = state.modes[i]
     row = out.record[k]
-    row[TRUE_POSITION] = state.y[sight.sensor]
-    row[TRUE_VELOCITY] = state.y[n + sight.sensor]
-    row[LOAD] = sight.sensor_start + (state.y[sight.load] - sight.load_start) / sight.load_ratio
-    row[TRUE_MODE] = state.modes[sight.sensor]
+    row[TRUE_POSITION] = state.y[ports.sensor]
+    row[TRUE_VELOCITY] = state.y[n + ports.sensor]
+    row[LOAD] = ports.sensor_start + (state.y[ports.load] - ports.load_start) / ports.load_ratio
+    row[TRUE_MODE] = state.modes[ports.sensor]
 
 
 @kernel
-def moved(
+def advance_sample(
     machine: CompiledMechanism,
     state: MechanismState,
-    sight: ControlPorts,
+    ports: ControlPorts,
     k: int,
     closed: bool,
     acting: float,
@@ -197,15 +197,15 @@ def moved(
         for s in range(u if inputs.drives.shape[0] > 0 else 0):
             drives[s] = inputs.drives[part, s]
         if closed:
-            drives[sight.source] = acting
-        if sight.source != NOBODY and drifting.conditions.shape[0] > 0:
-            drives[sight.source] = true_command(
-                drives[sight.source], drifting.limit, drifting.conditions[k]
+            drives[ports.source] = acting
+        if ports.source != NOBODY and drifting.conditions.shape[0] > 0:
+            drives[ports.source] = true_command(
+                drives[ports.source], drifting.limit, drifting.conditions[k]
             )
         for d in range(inputs.blocks.shape[0]):
             external[inputs.blocks[d]] = inputs.efforts[part, d]
         if part == inputs.first[k]:
-            _write(machine, state, sight, k, drives, out)
+            _write(machine, state, ports, k, drives, out)
         for _ in range(cuts):
             status = advance(
                 machine,
@@ -225,7 +225,7 @@ def moved(
 def advance_controlled_sample(
     machine: CompiledMechanism,
     state: MechanismState,
-    sight: ControlPorts,
+    ports: ControlPorts,
     waiting: Vector,
     k: int,
     measured: float,
@@ -243,8 +243,8 @@ def advance_controlled_sample(
     waiting[k % slots] = command
     acting = waiting[(k + 1) % slots]
     out.record[k, MEASURED], out.record[k, COMMAND] = measured, command
-    status = moved(machine, state, sight, k, True, acting, inputs, drifting, out)
-    out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[ly.BLOCKS] + sight.source]
+    status = advance_sample(machine, state, ports, k, True, acting, inputs, drifting, out)
+    out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[ly.BLOCKS] + ports.source]
     return int(status)
 
 
@@ -253,7 +253,7 @@ def run(
     machine: CompiledMechanism,
     state: MechanismState,
     controller: Controller,
-    sight: ControlPorts,
+    ports: ControlPorts,
     reference: Vector,
     begin: int,
     end: int,
@@ -270,12 +270,12 @@ def run(
     encoder. Returns a status of engine/status_codes.py, and the sample reached.
     """
     for k in range(begin, end):
-        shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
+        shown[0] = encoder_reading(ports, state, shown[0], drifting.conditions, k)
         command = control_step(
-            controller, reference[k], shown[0], state.y[machine.whole[ly.BLOCKS] + sight.sensor]
+            controller, reference[k], shown[0], state.y[machine.whole[ly.BLOCKS] + ports.sensor]
         )
         status = advance_controlled_sample(
-            machine, state, sight, waiting, k, shown[0], command, inputs, drifting, out
+            machine, state, ports, waiting, k, shown[0], command, inputs, drifting, out
         )
         if status != OK:
             return int(status), k
@@ -286,7 +286,7 @@ def run(
 def follow(
     machine: CompiledMechanism,
     state: MechanismState,
-    sight: ControlPorts,
+    ports: ControlPorts,
     begin: int,
     end: int,
     shown: Vector,
@@ -296,14 +296,14 @@ def follow(
 ) -> tuple[int, int]:
     """Simulate as `run` does, but without a controller; the sources follow `inputs`."""
     for k in range(begin, end):
-        shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
+        shown[0] = encoder_reading(ports, state, shown[0], drifting.conditions, k)
         out.record[k, MEASURED] = shown[0]
-        status = moved(machine, state, sight, k, False, 0.0, inputs, drifting, out)
-        if sight.source != NOBODY:
+        status = advance_sample(machine, state, ports, k, False, 0.0, inputs, drifting, out)
+        if ports.source != NOBODY:
             out.record[k, COMMAND] = (
-                inputs.drives[inputs.first[k], sight.source] if inputs.drives.shape[0] > 0 else 0.0
+                inputs.drives[inputs.first[k], ports.source] if inputs.drives.shape[0] > 0 else 0.0
             )
-            out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[ly.BLOCKS] + sight.source]
+            out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[ly.BLOCKS] + ports.source]
         if status != OK:
             return int(status), k
     return OK, end

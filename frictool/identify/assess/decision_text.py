@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from frictool.identify.assess.assessment import Assessment, ParameterAssessment
+from frictool.identify.assess.assessment_inputs import KNOWN_DYNAMICS
 from frictool.identify.assess.identifiability import (
     DIFFERENTIATION,
     NO_LOADS,
@@ -52,7 +53,7 @@ def scheme(assessment: Assessment) -> list[str]:
         f"{'ramps in both directions over the travel' if ramps.identifiable else ENDS[None]}"
         f"{_reached(ramps)}",
         _question(
-            "one count of the presliding distance",
+            "one count relative to the presliding distance",
             up_to(presliding.bound or 0.0),
             rows["presliding"].target,
             presliding.identifiable,
@@ -81,8 +82,9 @@ def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str)
     if raw <= row.target:
         return lines
     if not facts.dynamics_known:
-        known = f"inertia/viscous is known to be {time_constants_text(facts)}"
-        return [*lines, f" > low-pass filter chosen beforehand: {known}; narrow enough?  no"]
+        known = f"inertia/viscous is {time_constants_text(facts)}"
+        factor = f"known within a factor of {KNOWN_DYNAMICS:g}"
+        return [*lines, f" > to choose a low-pass filter: {known}; {factor}?  no"]
     best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
     return [
         *lines,

@@ -3,8 +3,8 @@
 A motion is visible when the axis reaches the next encoder edge, after a distance s of at most one
 count. If the effort is a ramp of R [N m/s | N/s] and friction does not drop at the onset, the axis
 reaches the edge after the time t = (6 inertia s/R)^(1/3). In this time, the effort grows by R t.
-`identify` subtracts the mean of this growth. Two errors remain. The error due to the scatter of s
-averages out over the onsets. The error due to the assumed inertia does not.
+`identify` subtracts the mean of this growth. Two errors remain: an error due to the scatter of s,
+which averages out over the onsets, and an error due to the assumed inertia, which does not.
 """
 
 from __future__ import annotations

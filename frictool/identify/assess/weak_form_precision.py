@@ -7,10 +7,10 @@ Convolved (*) with g, the equation of motion contains no derivative of a measure
     n = g*e_u - (inertia c + viscous g*d) * e_x
 
 x is the position, u the effort, v the velocity, and n the noise of a row; e_u and e_x are the
-errors of effort and position. Least squares with the regressors G have the covariance N^-1 C N^-1,
-with N = G'G and the covariance C of G'n. The encoder's noise in the regressor c*x decreases the
-fitted inertia, relative to its value, by the fraction of noise in the power of c*x. This error is
-large if the window is too short.
+errors of effort and position. The estimate by least squares with the regressors G has the
+covariance N^-1 C N^-1, where N = G'G and C is the covariance of G'n. The encoder's noise in the
+regressor c*x decreases the fitted inertia, relative to its value, by the fraction of noise in the
+power of c*x. This error is large if the window is too short.
 
 The result exceeds the Cramér-Rao bound, because all rows have equal weight. The result is a
 standard deviation if the encoder errors are independent. They are independent if the axis moves
@@ -32,7 +32,7 @@ from frictool.identify.excite.cramer_rao import (
     regressors,
 )
 from frictool.identify.rows.smoothing import SHORTEST
-from frictool.plant.weak_form import bell
+from frictool.plant.weak_form import sampled_test_function
 from frictool.typing import Vector
 
 STROKE_SHARE = 0.25  # longest window relative to the median stroke
@@ -45,7 +45,7 @@ def weak_deviation(
     window: int | None = None,
     share: float = 1.0,
 ) -> tuple[Vector, int]:
-    """Return the rms errors (4,) of inertia, viscous, Coulomb and offset (SI), and the window.
+    """Return the rms errors (4,) of inertia, viscous, Coulomb, offset (SI), and the window length.
 
     - window: length of the window in samples; None selects the best window for the inertia
     - share: fraction of the acceleration's mean square that the other regressors do not explain
@@ -80,7 +80,7 @@ def _deviation(
     window: int,
     share: float,
 ) -> Vector:
-    g = bell(window)
+    g = sampled_test_function(window)
     c = np.convolve(g, [1.0, -2.0, 1.0]) / sensing.period**2
     slope = np.convolve(g, np.array([1.0, 0.0, -1.0]) / (2.0 * sensing.period))
     by_position = axis.inertia * c + axis.viscous * slope[::-1]

@@ -28,8 +28,8 @@ from frictool.documents.quantity import Span, si_unit
 from frictool.identify.breakaway.breakaway import Breakaway, BreakawayOverPosition, breakaway
 from frictool.identify.estimators.sines import (
     StrokeRows,
+    checked_stroke_rows,
     fit_rows,
-    gated_rows,
     not_negative,
     regimes_of,
 )
@@ -74,7 +74,7 @@ def friction_map(
     The ramps are evaluated again with the Coulomb friction of the map. Raises UnusableLogs if the
     strokes do not determine viscous friction and the mean friction in slip of each direction.
     """
-    rows = gated_rows(records, bench)
+    rows = checked_stroke_rows(records, bench)
     offset = axis["offset"].value
     law = first.by_position
     assert law is not None

@@ -105,7 +105,7 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
 
 
 def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
-    """Return why `is_ramp` rejects a log that rests most of the time; None if it has no ramps."""
+    """Return why `is_ramp` rejects a log that rests most of the time; None without ramps."""
     record = _steady(record)
     rests = _rests(record, _heaviest(bench))
     if resting_time(rests) < REST_SHARE * record.position.size:
@@ -139,7 +139,7 @@ def _steady(record: MotionRecord) -> MotionRecord:
     return record if np.array_equal(steady, record.position) else replace(record, position=steady)
 
 
-def _moved(record: MotionRecord) -> NDArray[np.bool_]:
+def _count_changes(record: MotionRecord) -> NDArray[np.bool_]:
     return np.asarray(
         (np.abs(np.diff(record.position)) > 0.5 * record.resolution) | (np.diff(record.piece) > 0)
     )
@@ -147,7 +147,7 @@ def _moved(record: MotionRecord) -> NDArray[np.bool_]:
 
 def share_at_rest(record: MotionRecord) -> float:
     """Return the total duration of the rests before motions, relative to the record's duration."""
-    rests = rests_of(_moved(_steady(record)))
+    rests = rests_of(_count_changes(_steady(record)))
     return sum(end - start for start, end in rests) / record.position.size
 
 
@@ -173,7 +173,7 @@ def _rests(record: MotionRecord, heaviest: _Heaviest) -> list[tuple[int, int]]:
 
     Counts by which the drive train yields do not end a rest.
     """
-    moved = _moved(record)
+    moved = _count_changes(record)
     changes = [*(np.flatnonzero(moved) + 1).tolist(), record.position.size]
     rests: list[tuple[int, int]] = []
     for start, change in rests_of(moved):
@@ -323,7 +323,7 @@ def _onset(
     changed = changed[: max(1, int(np.searchsorted(changed, left[0])))] if left.size else changed
     before = np.where(changed > 0, seen[changed - 1], 0.0)
     distance = 0.5 * (before + seen[changed] - record.resolution)
-    level += rate * record.period * _above(record)
+    level += rate * record.period * _effort_lead(record)
     if record.load is not None:
         level -= direction * float(record.load[end - 1])
     position = float(record.position[end - 1]) + 0.5 * record.resolution
@@ -419,7 +419,7 @@ def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
     )
 
 
-def _above(record: MotionRecord) -> float:
+def _effort_lead(record: MotionRecord) -> float:
     """Return the time [samples] by which the acting effort of a ramp leads the logged effort."""
     before, _, after = effort_weights(record.period, record.effort_lag)
     return after - before

@@ -1,9 +1,9 @@
 """Friction at the onsets of ramps: the effort at which each motion begins.
 
-The effort at an onset depends on the rest position within an encoder count. The times at which the
-count changes often do not determine this position. However, a test that ends each ramp after a
-fixed number of counts brings the axis to rest at nearly the same position within a count. The mean
-rest position of all onsets is therefore used (`OnsetData.rest`).
+The effort at an onset depends on the rest position within an encoder count. In many logs, the times
+at which the count changes do not determine this position. However, a test that ends each ramp after
+a fixed number of counts brings the axis to rest at nearly the same position within a count. The
+mean rest position of all onsets is therefore used (`OnsetData.rest`).
 """
 
 from __future__ import annotations

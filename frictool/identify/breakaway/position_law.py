@@ -1,4 +1,4 @@
-"""Friction over position in each direction (thesis 4.44), as polynomials of a tested order.
+"""Friction over position in each direction (thesis 4.44), as polynomials of selected orders.
 
     |friction| = sum_k c_k P_k(xi)
 
@@ -129,8 +129,8 @@ def fit_polynomials(
 def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector]:
     """Split fitted coefficients: return coefficients of the forward and the backward polynomial.
 
-    `value` contains all coefficients in the order of `design`. The lowest order is first. A
-    direction without data has an empty array.
+    `value` contains all coefficients in the order of `design`. In each result, the lowest order is
+    first; the result of a direction without data is empty.
     """
     split = structure.orders[0] + 1
     return value[:split], value[:split] if structure.common else value[split:]

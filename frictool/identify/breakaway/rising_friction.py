@@ -44,7 +44,8 @@ def rising_friction(
 ) -> RisingFriction | None:
     """Fit the growth of the breakaway with the time at rest.
 
-    Return None if a constant breakaway predicts equally well.
+    Return None if the times at rest hardly differ, if a constant breakaway predicts about as well,
+    or if the breakaways do not determine a positive growth.
 
     - rested: time at rest before each breakaway, (n,), s
     - direction: direction of each breakaway, (n,), +1 or -1

@@ -45,7 +45,10 @@ NO_FALL = StribeckFall(math.inf)
 
 
 class Misfit(Protocol):
-    """Function that returns the mean misfit of the onsets for a Stribeck curve."""
+    """Function that returns the mean misfit of the onsets of motion for a Stribeck curve.
+
+    The misfit of an onset compares computed and logged travel (module docstring).
+    """
 
     def __call__(self, fall: StribeckFall, most: float) -> float:
         """Return the misfit averaged over the onsets, or inf if the average exceeds `most`."""

@@ -17,10 +17,10 @@ significantly and noticeably, and the parameters of the hypothesis differ signif
 (`joint_test`). A load is rejected if an effect predicts the strokes equally well, or if the load no
 longer explains effort with smoothing windows of twice the length. A load that noise hides is used
 if it passes both tests with these longer windows. At the end, a hypothesis is removed again in two
-cases: the prediction errors increase little without the hypothesis, or a parameter has become
-negative that cannot be negative, such as friction proportional to the inertial load. A spring of
-negative stiffness is not used either: over a part of the travel, other effects look like such a
-spring, and they are more frequent.
+cases: the prediction errors increase little without the hypothesis, or a parameter that cannot be
+negative has become negative, such as the ratio of friction to inertial load. A spring of negative
+stiffness is not used either: over a part of the travel, other effects look like such a spring, and
+they are more frequent.
 
 Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify_effects.md states further conditions and the significance levels.
@@ -373,7 +373,7 @@ def _spans_a_turn(trial: Trial) -> bool:
 
 
 def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Trial]:
-    """Return those of the other trials that predict the strokes nearly as well as `best`.
+    """Return the other trials that predict the strokes nearly as well as `best`.
 
     The sum of the squared prediction errors of such a trial is at most EQUAL times the sum of
     `best`, and not significantly larger.

@@ -50,7 +50,7 @@ from frictool.identify.rows.load_terms import (
     laws_of,
     load_values,
 )
-from frictool.identify.rows.segments import RecordSegment, of_each_record, whole
+from frictool.identify.rows.segments import RecordSegment, gap_free_segments, of_each_record
 from frictool.identify.rows.slip_fit import WITH_BENCH_INERTIA, known_inertia
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
@@ -173,7 +173,7 @@ def simulation_error(
     if hidden.endswith(WITH_BENCH_INERTIA):
         settings = replace(settings, fixed={**settings.fixed, "inertia": known_inertia(bench)})
     fixed = {name: interval.value for name, interval in settings.fixed.items()}
-    simulated = SegmentSimulation(whole(records), bench, terms, servo, fixed)
+    simulated = SegmentSimulation(gap_free_segments(records), bench, terms, servo, fixed)
     if not simulated.segments:
         raise UnusableLogs(
             "no gap-free part of the logs is long enough to simulate; use least-squares"

@@ -118,7 +118,7 @@ def best_whole_number(
     Returns
     -------
     SpectrumPeak or None
-        None if no whole number meets this condition.
+        None if no number is tried, or if the regressors leave none distinguishable.
     """
     travel = float(np.ptp(position))
     resolution = 2.0 * np.pi / travel if travel > 0.0 else np.inf
@@ -141,7 +141,7 @@ def best_whole_number(
     return best
 
 
-def snapped(peak: SpectrumPeak) -> float:
+def rounded_wave_number(peak: SpectrumPeak) -> float:
     """Return the wave number [1/rad] of a peak, rounded if nearly whole (cycles per turn)."""
     nearest = float(round(peak.number))
     near = abs(nearest - peak.number) <= min(SNAP * peak.resolution, FARTHEST)

@@ -4,8 +4,8 @@
 
 u is the effort, v the velocity and a the acceleration. The weight reduces the influence of stick
 and the Stribeck effect. If the settings contain a time constant, all samples are used, and the
-signals are differences behind a first-order filter, as in the thesis. Otherwise, only samples that
-certainly slip are used, and the signals are smoothed.
+signals are differences that pass a first-order low-pass filter, as in the thesis. Otherwise, only
+samples that certainly slip are used, and the signals are smoothed.
 """
 
 from __future__ import annotations

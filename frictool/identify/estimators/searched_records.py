@@ -27,7 +27,7 @@ from frictool.identify.estimators.position_spectrum import (
     SpectrumPeak,
     best_whole_number,
     highest_peak,
-    snapped,
+    rounded_wave_number,
 )
 from frictool.identify.fit_result import SLIDING, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
@@ -238,7 +238,7 @@ class SearchedRecords:
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return the ripple at the highest peak in the spectrum of the residual, and the peak.
+        """Return the ripple at the highest peak in the spectrum of the residual, and this peak.
 
         - waves: wave numbers of the ripples that the fit includes already, 1/rad | 1/m
         - used: hypotheses in the fit whose residual is examined
@@ -257,13 +257,13 @@ class SearchedRecords:
         if peak is None:
             return None
         if self.rotary:
-            peak = replace(peak, number=snapped(peak))
+            peak = replace(peak, number=rounded_wave_number(peak))
         return self._harmonic(waves, peak.number), peak
 
     def long_ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return the ripple of few periods that reduces the residual most, and its peak.
+        """Return the ripple of few periods that reduces the residual most, and its size as a peak.
 
         On a rotary axis, a ripple has a whole number of cycles per turn. With few periods within
         the travel, the other loads resemble the ripple, so that the spectrum of the residual does

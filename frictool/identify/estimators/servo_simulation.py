@@ -60,7 +60,7 @@ def servo_quantities(bench: Bench) -> dict[str, Quantity]:
 
 
 def driven_viscous(values: Mapping[str, float]) -> float:
-    """Return the viscous friction [N m s/rad] with the torque enabled, including the back-EMF."""
+    """Return the viscous friction [N m s/rad] with torque enabled, with damping by back-EMF."""
     if LOOSE not in values:
         return values["viscous"]
     return values[LOOSE] + values["constant"] * values["back_emf"]

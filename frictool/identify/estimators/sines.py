@@ -81,7 +81,7 @@ def sines(
     A knee is a speed at which the viscous friction changes. Raises UnusableLogs if there are too
     few strokes, or if all strokes have the same speed or direction.
     """
-    rows = gated_rows(records, bench)
+    rows = checked_stroke_rows(records, bench)
     effort = rows.means.effort
     fixed = {name: interval for name, interval in settings.fixed.items() if name in COLUMNS}
     rows = without(rows, fixed)
@@ -172,8 +172,8 @@ def _coulomb_and_offset(
     )
 
 
-def gated_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """Return the means over the middles of all strokes (`stroke_rows`).
+def checked_stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
+    """Return `stroke_rows`, the means over the middles of all strokes, if they suffice for a fit.
 
     Raises UnusableLogs if a direction has too few strokes, or if all strokes have the same speed.
     """

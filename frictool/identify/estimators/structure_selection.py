@@ -26,9 +26,9 @@ from frictool.identify.rows.load_terms import declared_terms, possible
 from frictool.identify.rows.segments import (
     FEWEST_SAMPLES,
     RecordSegment,
+    gap_free_segments,
     of_each_record,
     thinned,
-    whole,
 )
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
@@ -77,7 +77,7 @@ class HeldOutPrediction:
 def predict_halves(
     sides: Sides, bench: Bench, terms: tuple[str, ...], known: Mapping[str, float]
 ) -> HeldOutPrediction:
-    """Return the prediction of each half by a simulation fitted to the other half.
+    """Return the prediction of each half of the records by a simulation fitted to the other half.
 
     `known` are the start values of the parameters, SI.
     """
@@ -101,7 +101,7 @@ def predict_halves(
 
 def comparison_segments(side: Sequence[MotionRecord]) -> list[RecordSegment]:
     """Return segments of the records `side` with at most MOST_COMPARED samples in total."""
-    return thinned(whole(side), MOST_COMPARED)
+    return thinned(gap_free_segments(side), MOST_COMPARED)
 
 
 def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) -> Vector:

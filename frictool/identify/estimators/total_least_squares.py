@@ -1,7 +1,7 @@
 """Total least squares, for an encoder with much noise in acceleration and velocity.
 
-In ordinary least squares, the parameter of a noisy regressor becomes too small. Here the noise of
-each column is known: acceleration and velocity have the filtered noise of the position
+Ordinary least squares make the parameter of a noisy regressor too small. Here the noise of each
+column is known: acceleration and velocity have the filtered noise of the position
 (`position_noise`), sign and constant have none. The noise variance of the effort is the mean square
 residual minus the part that the noise of acceleration and velocity causes. M is the mean of row^T
 row over the rows [regressors, effort], and S is the part of M that the noise causes. The estimate
@@ -35,7 +35,7 @@ from frictool.identify.rows.regression_samples import (
     spread_as,
 )
 from frictool.identify.rows.slip_fit import slipping_fit
-from frictool.identify.rows.smoothing import acceleration_filter, bump, position_noise
+from frictool.identify.rows.smoothing import acceleration_filter, position_noise, smoothing_kernel
 from frictool.typing import Matrix
 
 # least noise relative to the effort's mean square; it prevents a division by zero
@@ -99,7 +99,7 @@ def _of_effort(mean: Matrix, noise: Matrix) -> Matrix:
 
 def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Matrix:
     position = position_noise(record) ** 2
-    g = bump(window, record.period)
+    g = smoothing_kernel(window, record.period)
     velocity = np.convolve(g, [1.0, 0.0, -1.0]) / (2.0 * record.period)
     left = float(np.mean(residuals(samples, np.ones(samples.velocity.size)) ** 2))
     floor = NEGLIGIBLE * float(np.mean(samples.effort**2))

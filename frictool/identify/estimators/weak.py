@@ -60,7 +60,7 @@ from frictool.identify.rows.regression_samples import (
 from frictool.identify.rows.slip_fit import slipping_mask, slipping_rows
 from frictool.identify.rows.smoothing import smoothed_by
 from frictool.identify.rows.strokes import find_strokes
-from frictool.plant.weak_form import bell
+from frictool.plant.weak_form import sampled_test_function
 
 OVERLAP = 6  # windows per window length; each starts a sixth of its length after the previous one
 # least ratio of clusters to strokes; below this ratio, most strokes repeat each other
@@ -111,7 +111,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
             f"needed: below {percent(known)}, as in the bench"
         )
         return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})
-    second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / sensing.period**2
+    second = np.convolve(sampled_test_function(window), [1.0, -2.0, 1.0]) / sensing.period**2
     noise = sensing.step / math.sqrt(12.0) * float(np.linalg.norm(second))
     own = samples.own_acceleration
     if hidden_by_noise(noise, own, bench):
@@ -157,7 +157,7 @@ def _windows(
     samples, parts = [], []
     for record in records:
         strokes = find_strokes(record)
-        signals = smoothed_by(record, bell(window))
+        signals = smoothed_by(record, sampled_test_function(window))
         rows = rows_of(
             record,
             strokes.sign,

@@ -130,7 +130,7 @@ def known_load(bench: Bench) -> float:
     )
 
 
-def unsaid_load(bench: Bench) -> str | None:
+def missing_load_limit(bench: Bench) -> str | None:
     """Return a warning if the bench declares a load over position but no `load.most`, else None."""
     named = [term for term in OVER_POSITION if bench.load is not None and term in bench.load.terms]
     if not named or (bench.load is not None and bench.load.most is not None):

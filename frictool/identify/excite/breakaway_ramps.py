@@ -79,7 +79,7 @@ class SimulatedRamps(NamedTuple):
     - forward, backward: number of ramps played in each direction
     - low, high: range of positions, rad | m
     - speed: top speed, rad/s | m/s
-    - moved: True if every ramp moved the axis
+    - all_moved: True if every ramp moved the axis
     """
 
     forward: int
@@ -87,7 +87,7 @@ class SimulatedRamps(NamedTuple):
     low: float
     high: float
     speed: float
-    moved: bool
+    all_moved: bool
 
 
 def breakaway_range(bench: Bench) -> tuple[float, float, float]:
@@ -295,7 +295,7 @@ def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> Simul
     hint = "give a lower --rate" if not ramp.open_loop else "leave out --open-loop"
     travel = bench.mechanics.travel
     name = NAMES[which]
-    if not played.moved:
+    if not played.all_moved:
         raise NoSolutionError(
             f"{limits.drive}: ramps up to {ramp.top:.4g} do not move the {name} axis; raise "
             "--amplitude"

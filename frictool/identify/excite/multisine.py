@@ -128,7 +128,10 @@ def multisine(
 
 
 def _effort_bound(limits: BenchLimits, velocity: Vector, acceleration: Vector) -> float:
-    """Return the largest factor by which a motion can be scaled so that the worst axis follows."""
+    """Return the largest factor by which a motion can be scaled within the effort of every axis.
+
+    `limits` contains the worst case of all axes within the intervals in bench.yaml.
+    """
     return spare_effort(limits) / float(
         np.abs(limits.inertia * acceleration + limits.viscous * velocity).max()
     )

@@ -6,8 +6,8 @@ bench (assess/ramp_precision.py). Both errors grow with the rate of the ramps, w
 of a ramp decreases. The rate that gives the shortest test is searched on a grid.
 
 The duration of a test counts all rows. The test contains SPARE times as many ramps as onsets, or
-more for a slow axis, and each ramp rises to its top. An axis plays fewer rows, because a ramp ends
-when the axis moves.
+more for a slow axis, and each ramp rises to its top. In a real test, fewer rows are played, because
+a ramp ends when the axis moves.
 """
 
 from __future__ import annotations
@@ -178,7 +178,11 @@ class _RampDesign:
 
 
 def _onsets(single: float, common: float, limit: float) -> float:
-    """Return the least even number of onsets for a breakaway error of at most `limit`, or inf."""
+    """Return the least even number of onsets for a breakaway error of at most `limit`, or inf.
+
+    `single` is the standard deviation of the breakaway from one onset, and `common` the part of it
+    that does not average out over the onsets; both have the unit of `limit`.
+    """
     if common >= limit:
         return math.inf
     scatter = single**2 - common**2

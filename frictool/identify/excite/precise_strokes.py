@@ -210,7 +210,7 @@ def _repetitions(bench: Bench, request: PrecisionRequest, program: StrokeProgram
 def _expected_deviation(
     bench: Bench, request: PrecisionRequest, candidates: list[StrokeCandidate], times: Vector
 ) -> Vector:
-    """Return the standard deviations (p,) of parameters fitted over windows; 0 for loads."""
+    """Return the standard deviations (p,) of a fit over smoothing windows; 0 for loads."""
     strokes = [
         replace(one.stroke, times=float(count))
         for one, count in zip(candidates, times[:-1], strict=True)

@@ -1,4 +1,4 @@
-"""Document `promise.yaml`: half widths of the parameters to expect from one or two tests."""
+"""Document `promise.yaml`: half widths of the intervals that one or two tests should reach."""
 
 from __future__ import annotations
 

@@ -50,14 +50,17 @@ def longest_distance(limits: BenchLimits) -> float:
 def best_stroke(
     limits: BenchLimits, axis: PriorAxis, sensing: SensorPrecision, duration: float
 ) -> PlannedStroke:
-    """Return the stroke of a sine test of `duration` [s] with the smallest `worst` bound."""
+    """Return the stroke for a sine test of `duration` [s] with the best-determined parameters.
+
+    The stroke minimises `largest_relative_bound`.
+    """
     longest = longest_distance(limits)
     shortest = min(longest, max(longest / 50.0, axis.backlash + SHORTEST_COUNTS * sensing.step))
     strokes = [
         _lasting(distance, limits, duration)
         for distance in np.geomspace(shortest, longest, CHOICES)
     ]
-    return min(strokes, key=lambda stroke: worst(stroke, axis, sensing))
+    return min(strokes, key=lambda stroke: largest_relative_bound(stroke, axis, sensing))
 
 
 def _lasting(distance: float, limits: BenchLimits, duration: float) -> PlannedStroke:
@@ -65,8 +68,13 @@ def _lasting(distance: float, limits: BenchLimits, duration: float) -> PlannedSt
     return PlannedStroke(stroke.speed, distance, duration / (2.0 * stroke.duration))
 
 
-def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> float:
-    """Return the largest Cramér-Rao bound of a nonzero parameter, relative to the parameter."""
+def largest_relative_bound(
+    stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision
+) -> float:
+    """Return the largest relative Cramér-Rao bound of inertia, viscous and Coulomb friction.
+
+    A relative bound is the bound divided by the parameter; parameters that are 0 are left out.
+    """
     values = (axis.inertia, axis.viscous, axis.coulomb)
     return max(
         float(bound) / value

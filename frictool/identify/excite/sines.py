@@ -1,7 +1,7 @@
 """Sines at several speeds (thesis 4.38): half sines between reversals, one speed after the other.
 
-The positions of the reversals are random within a tenth of the distance at both ends. Strokes
-between identical positions would have identical encoder errors, which averaging does not reduce.
+Each reversal is at a random position, within the last tenth of the distance. Strokes between
+identical positions would have identical encoder errors, which averaging does not reduce.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def plan(
     speeds: int = SPEEDS,
     distance: float | None = None,
 ) -> list[PlannedStroke]:
-    """Return the mean stroke of each speed; all speeds have equal shares of `duration` [s]."""
+    """Return the stroke of mean length at each speed; all speeds share `duration` [s] equally."""
     mean = (distance or longest_distance(limits)) * (1.0 - SPREAD)
     fastest = reachable_speed(limits, mean / (1.0 - SPREAD) * (1.0 - 2.0 * SPREAD))
     strokes = [

@@ -55,7 +55,7 @@ class StrokeCandidate:
     - reach: largest distance between two successive reversals, rad | m
     - information: information matrix of both directions, (p, p); the last rows and columns belong
       to the effects
-    - mean_square: mean square of the drive signal divided by its limit, on the worst axis
+    - mean_square: mean square of the ratio of drive signal to drive limit, on the worst axis
     """
 
     stroke: PlannedStroke
@@ -150,7 +150,7 @@ def _stroke(limits: BenchLimits, reach: float, share: float) -> PlannedStroke:
 
 
 def mean_square(stroke: PlannedStroke, limits: BenchLimits) -> float:
-    """Return the mean square of the drive signal divided by its limit, on the worst axis."""
+    """Return the mean square of the ratio of drive signal to drive limit, on the worst axis."""
     share = (np.arange(DRIVE_POINTS) + 0.5) / DRIVE_POINTS
     _, speed, acceleration = unit_profile(share)
     effort = (

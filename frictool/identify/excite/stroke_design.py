@@ -45,7 +45,7 @@ class StrokeProgram:
 
     - information: information matrices of the candidates, (k, p, p)
     - duration: durations of the candidates, (k,), s
-    - mean_square: mean square of the drive signal divided by its limit, (k,)
+    - mean_square: mean square of the ratio of drive signal to drive limit, (k,)
     - limit: largest allowed variance of each parameter, (p,); inf for a parameter that is not
       requested
     - rms: largest allowed rms drive signal of the test, divided by the drive's limit

@@ -143,7 +143,7 @@ def _facts(made: LogAssembly, surveys: list[StreamSurvey], bench: Bench | None) 
                 main.jumps.text(),
                 sign.text(bench),
                 *motion_doubts(main.opening, bench),
-                _apart(main, surveys),
+                _stream_hint(main, surveys),
             )
             if text
         ],
@@ -163,7 +163,10 @@ def _tried(
     bench: Bench,
     reasons: dict[str, str | None],
 ) -> dict[str, str | None]:
-    """Return why each method refuses the log; without a trial if the log is too long."""
+    """Return the reason why each method refuses the log, or None if it does not.
+
+    A log that is too long is not tried: `reasons` is then returned.
+    """
     if any(one.opening.time.size < one.base.samples for one in surveys):
         return reasons
     from frictool.identify.method_trials import tried_methods  # loads every method
@@ -198,7 +201,7 @@ def _test(made: LogAssembly, main: StreamSurvey) -> tuple[str | None, bool]:
     return (recorded, True) if recorded else (kind_of(main.opening), False)
 
 
-def _apart(main: StreamSurvey, surveys: list[StreamSurvey]) -> str | None:
+def _stream_hint(main: StreamSurvey, surveys: list[StreamSurvey]) -> str | None:
     """Return a hint if position and drive are in different streams, else None."""
     if "position" not in main.signals or any(name in main.signals for name in DRIVES):
         return None

@@ -39,7 +39,7 @@ def table(information: Information) -> str:
             f"{one['against']}, {drift}"
         )
     lines += [f"lost: {text}" for text in loss_lines(made.earlier_losses)]
-    lines += _fed(facts["methods"])
+    lines += _method_lines(facts["methods"])
     lines += [
         f"layout: {name}: {layout}" for name, layout in facts["layout"].items() if layout != PLAIN
     ]
@@ -47,7 +47,7 @@ def table(information: Information) -> str:
     return bounded(lines)
 
 
-def _fed(methods: dict[str, str | None]) -> list[str]:
+def _method_lines(methods: dict[str, str | None]) -> list[str]:
     by_reason: dict[str | None, list[str]] = {}
     for name, why in methods.items():
         by_reason.setdefault(why, []).append(name)

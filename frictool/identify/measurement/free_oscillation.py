@@ -63,14 +63,15 @@ class StopWindow(NamedTuple):
 
     - position, effort: equidistant samples (n,), rad | m and N m | N
     - period: sample period, s
-    - moved: largest distance between the positions before the window and the window's mean, rad | m
+    - distance_before: largest distance between the positions before the window and the window's
+      mean, rad | m
     - resolution: encoder count, rad | m
     """
 
     position: Vector
     effort: Vector
     period: float
-    moved: float
+    distance_before: float
     resolution: float
 
 
@@ -167,7 +168,7 @@ def free_oscillation(
         or not LEAST_CYCLES / 1.1 < cycles < 1.1 * MOST_CYCLES
         or amplitude * math.exp(-2.0 * np.pi * VISIBLE * decay / rate) < stop.resolution
         or abs(values[1]) * time[-1] > amplitude
-        or stop.moved < MOVED * amplitude
+        or stop.distance_before < MOVED * amplitude
     ):
         return None
     motion = complex(values[2], -values[3])
@@ -236,7 +237,7 @@ def _share(
 ) -> tuple[float, float]:
     """Return `share` of the module docstring, and its standard error.
 
-    motion: complex amplitude of the position, which is multiplied by exp(pole t).
+    motion: complex amplitude of the position; the position is the real part of motion exp(pole t).
     """
     values = _fitted(columns, stop.effort)
     residual = stop.effort - columns @ values

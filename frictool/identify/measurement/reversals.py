@@ -60,7 +60,7 @@ from frictool.identify.rows.slip_fit import full_backlash
 from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.smoothing import smoothed_by
 from frictool.identify.rows.strokes import find_strokes
-from frictool.plant.weak_form import bell
+from frictool.plant.weak_form import sampled_test_function
 from frictool.typing import Matrix, Vector
 
 ROUNDS = 4  # number of estimations of the delay
@@ -299,7 +299,7 @@ def reversals(
     for _ in range(2):
         late = _over_windows(partial(_delay, records, other, gap, confidence), windows)
         known = late if isinstance(late, Interval) else Interval.around(0.0, facts.sensing.period)
-        moved = [_moved(record, known.value) for record in records]
+        moved = [_with_earlier_effort(record, known.value) for record in records]
         ranges = [step, facts.speed * known.half_width]
         width = _over_windows(partial(_backlash, moved, other, widest, ranges, confidence), windows)
         if not isinstance(width, Interval) or width.high <= gap:
@@ -349,7 +349,12 @@ def _delay(
     delay = 0.0
     for _ in range(ROUNDS):
         rows = [
-            _rows(_moved(record, delay), other.loads, window, gap + SEEN * record.resolution)
+            _rows(
+                _with_earlier_effort(record, delay),
+                other.loads,
+                window,
+                gap + SEEN * record.resolution,
+            )
             for record in records
         ]
         regression = ReversalRegression(rows)
@@ -410,7 +415,7 @@ def _regression(records: list[MotionRecord], other: OtherCauses, window: int) ->
     )
 
 
-def _moved(record: MotionRecord, delay: float) -> MotionRecord:
+def _with_earlier_effort(record: MotionRecord, delay: float) -> MotionRecord:
     """Return the first LONGEST samples, each with the effort that was logged `delay` [s] later."""
     part = record.part(slice(0, LONGEST))
     return replace(part, effort=np.interp(part.time + delay, record.time, record.effort))
@@ -420,7 +425,7 @@ def _rows(
     record: MotionRecord, other: Callable[[SmoothedMotion], list[Vector]], window: int, gap: float
 ) -> ReversalRows:
     """Return the rows outside the backlash `gap` [rad | m], with regressors from `other`."""
-    strokes, g = find_strokes(record), bell(window)
+    strokes, g = find_strokes(record), sampled_test_function(window)
     acceleration, velocity, effort = smoothed_by(record, g)
     mask = slip_mask(record, strokes, velocity, window, gap)
     slope = np.gradient(effort, record.period)

@@ -5,8 +5,8 @@ The first windows after each stop, with the lengths WINDOWS, are searched for a 
 
 - at least LEAST_STOPS stops, and at least half of all stops with an oscillation, agree in the
   frequency within the relative difference AGREE
-- the oscillations decay: none grows significantly, and their mean decay differs from 0 by CERTAIN
-  standard errors. The amplitude of a self-excited oscillation also increases at times.
+- the oscillations decay: none grows significantly, and their mean decay rate differs from 0 by
+  CERTAIN standard errors (the amplitude of a self-excited oscillation would also increase at times)
 - effort and load do not cause the oscillations: the mean `share` of the acceleration that effort
   and load explain (`free_oscillation.py`) is significantly below DRIVEN
 """
@@ -53,7 +53,7 @@ SCATTER = 2.0  # least significant difference, in standard errors
 LEAST_ERROR = 1e-9  # the share of an effort that is always 0 has no error
 
 
-class _Found(NamedTuple):
+class _WindowOscillation(NamedTuple):
     """Free oscillation, and the index of the first sample of its window."""
 
     start: int
@@ -63,8 +63,9 @@ class _Found(NamedTuple):
 def ringing(records: Sequence[MotionRecord], model: Model) -> Oscillation | None:
     """Return the oscillation of the axis after its stops, or None if the records show none.
 
-    With the confidence of the model, the interval of the frequency contains the frequency after one
-    further stop. Records with a measured velocity are not searched.
+    The interval of the frequency is a prediction interval: it contains the frequency after one
+    further stop, with the confidence of the model. Records with a measured velocity are not
+    searched.
     """
     actuator = model.bench.actuator
     late = (model.bench.delay_samples + 1) * model.bench.sample_period_s
@@ -123,7 +124,7 @@ def _of_record(record: MotionRecord, axis: Rigidity) -> list[FreeOscillation]:
     Windows belong to the same stop if the position hardly moves between their starts.
     """
     found = [one for window in WINDOWS for one in _in_windows(record, window, axis)]
-    groups = list[list[_Found]]()
+    groups = list[list[_WindowOscillation]]()
     for one in sorted(found, key=lambda one: one.start):
         if groups:
             between = record.position[groups[-1][0].start : one.start + 1]
@@ -136,7 +137,9 @@ def _of_record(record: MotionRecord, axis: Rigidity) -> list[FreeOscillation]:
     return [min(group, key=lambda one: one.rate_error / one.rate) for group in every]
 
 
-def _in_windows(record: MotionRecord, window: float, axis: Rigidity) -> Iterator[_Found]:
+def _in_windows(
+    record: MotionRecord, window: float, axis: Rigidity
+) -> Iterator[_WindowOscillation]:
     """Yield the free oscillations in windows of `window` seconds after the stops of a record."""
     size = round(window / record.period)
     step = max(1, size // SAMPLES)
@@ -170,7 +173,7 @@ def _in_windows(record: MotionRecord, window: float, axis: Rigidity) -> Iterator
             rest = StopWindow(position[inside], effort[inside], period, moved, record.resolution)
             oscillation = free_oscillation(rest, rate / span, decay / span, axis)
             if oscillation is not None:
-                yield _Found(first * step, oscillation)
+                yield _WindowOscillation(first * step, oscillation)
 
 
 def _stops(position: Vector, samples: int, count: float) -> Iterator[int]:

@@ -3,8 +3,9 @@
     voltage(t - delay) = resistance (i - offset) + constant v + inductance i'
 
 A driver of bipolar transistors and the brushes of the motor take a voltage that does not grow with
-the current. The voltage above is then sign(u) max(|u| - drop, 0) of the logged voltage u. The drop
-is fitted if its interval is above zero. Without it, the resistance would be too large.
+the current. In the equation, the voltage is then sign(u) max(|u| - drop, 0), where u is the logged
+voltage. The drop is fitted if its interval is above zero. Without the drop, the resistance would be
+too large.
 
 Let R be the resistance, K the constant, L the inductance, T the sample period and e = exp(-R T/L).
 The voltage of a row is constant until the next row. The currents i at two successive samples
@@ -43,7 +44,7 @@ from frictool.identify.motion_record import JITTER, MotionRecord, once_per_recor
 from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, stroke_samples
 from frictool.identify.rows.smoothing import SHORTEST, choose_window, position_noise
-from frictool.plant.weak_form import bell
+from frictool.plant.weak_form import sampled_test_function
 from frictool.typing import Matrix, Vector
 
 RESISTANCE, BACK_EMF, INDUCTANCE = "resistance", "back_emf_constant", "inductance"
@@ -168,7 +169,9 @@ class _Piece:
         """Return the averages of a signal (n,) over test functions, without the piece's ends."""
         inner = signal[int(LATEST) + 1 : -2]
         every = max(1, self.log.window // OVERLAP)
-        return np.asarray(np.convolve(inner, bell(self.log.window), mode="valid")[::every])
+        return np.asarray(
+            np.convolve(inner, sampled_test_function(self.log.window), mode="valid")[::every]
+        )
 
     def voltage_response(self, nonlinear: _NonlinearParameters) -> Vector:
         """Return the current (n,) that the voltage causes, times the resistance."""
@@ -410,7 +413,9 @@ def _bias(
         impulse = np.zeros(3 * log.window + int(10.0 * lag / log.period))
         impulse[log.window] = 1.0
         speed = _weighted_speed(np.diff(impulse) / log.period, log.period, lag, model.slope)
-        response = np.convolve(_lagged(speed, _decay(piece, lag)), bell(log.window))
+        response = np.convolve(
+            _lagged(speed, _decay(piece, lag)), sampled_test_function(log.window)
+        )
         power = log.noise**2 * float(response @ response) * piece.smoothed(piece.current).size
         shared[:2] += power * constant / resistance**2 * np.array([constant / resistance, -1.0])
     return np.asarray(np.linalg.solve(columns.T @ columns, shared[list(used)]))

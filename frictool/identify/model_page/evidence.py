@@ -22,7 +22,7 @@ from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationRequest
 from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.rows.segments import whole
+from frictool.identify.rows.segments import gap_free_segments
 from frictool.identify.validate.validation import parameter_values, replayed_position
 from frictool.typing import Vector
 
@@ -215,5 +215,5 @@ def _predicted(model: Model, records: Sequence[MotionRecord]) -> list[PositionPr
             segment.position,
             replayed_position(model, segment),
         )
-        for segment in whole(records)
+        for segment in gap_free_segments(records)
     ]

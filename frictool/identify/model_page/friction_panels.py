@@ -212,8 +212,8 @@ def _over_position(model: Model, ramp: Breakaway) -> FigurePanel:
 
     return FigurePanel(
         "Breakaway over position",
-        f"Each of the {ramp.onsets} breakaways; the curves of the model with the intervals of "
-        "their levels, backward dashed.",
+        f"Each of the {ramp.onsets} breakaways. The curves are the model, dashed for backward "
+        "motion; the bands are the intervals of the curves' means.",
         draw,
     )
 

@@ -5,7 +5,7 @@
 A branch is the path between two reversals of the effort. The sum has one term for each row of
 `loops` whose samples all belong to one branch. Parameters are positive; the search variables are
 their logarithms. The intervals come from a jackknife over branches (`regression`), and include the
-range of the breakaway and an error of half a count at the ends of the branches
+effect of the breakaway's interval, and of an error of half a count at the ends of the branches
 (`combined_interval`).
 """
 

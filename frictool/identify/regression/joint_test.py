@@ -25,7 +25,8 @@ def joint_probability(parts: Tensor, cluster: IntVector, tested: Sequence[int]) 
     Parameters
     ----------
     parts
-        Triangular matrices (g, p + 1, p + 1) of g groups of rows: p regressors, target.
+        Triangular matrices (g, p + 1, p + 1) of g groups of rows, with p columns of regressors and
+        one of the target.
     cluster
         Number (g,) of the cluster of each group.
     tested

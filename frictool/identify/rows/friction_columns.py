@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.savitzky_golay import savitzky_golay
 from frictool.identify.rows.smoothing import SHORTEST
-from frictool.plant.weak_form import bell
+from frictool.plant.weak_form import sampled_test_function
 from frictool.typing import Vector
 
 HIGHEST = 6  # highest order of the polynomials of the position, as for the breakaway
@@ -42,17 +42,17 @@ class FrictionRows:
     - sign: direction of the stroke, (n,)
     - speed: |v|, (n,), rad/s | m/s
     - kept: index of the sample in the middle of each row's window, (m,)
-    - bell: values of the weak form's test function over the window
+    - test_function: test function of the weak form at the samples of a window; the sum is 1
     """
 
     sign: Vector
     speed: Vector
     kept: NDArray[np.int64]
-    bell: Vector
+    test_function: Vector
 
-    def under_bell(self, values: Vector) -> Vector:
+    def windowed_mean(self, values: Vector) -> Vector:
         """Return the means (m,) of `values` (n,), weighted by the test function of each row."""
-        return np.convolve(values, self.bell, mode="same")[self.kept]
+        return np.convolve(values, self.test_function, mode="same")[self.kept]
 
 
 def rows_of(
@@ -66,7 +66,7 @@ def rows_of(
     shortened = max(SHORTEST, 2 * int(0.5 * SPEED_SHARE * window) + 1)
     slope = savitzky_golay(shortened, CUBIC, 1, record.period, last_first=True)
     velocity = np.convolve(record.position - record.position[0], slope, mode="same")
-    return FrictionRows(sign, np.abs(velocity), np.flatnonzero(mask), bell(window))
+    return FrictionRows(sign, np.abs(velocity), np.flatnonzero(mask), sampled_test_function(window))
 
 
 def position_columns(
@@ -81,8 +81,8 @@ def position_columns(
     powers = np.asarray(legvander(xi, HIGHEST), dtype=np.float64)
     out = dict[str, Vector]()
     for k in range(1, HIGHEST + 1):
-        out[f"friction_{k}"] = rows.under_bell(rows.sign * powers[:, k])
-        out[f"load_{k}"] = rows.under_bell(powers[:, k])
+        out[f"friction_{k}"] = rows.windowed_mean(rows.sign * powers[:, k])
+        out[f"load_{k}"] = rows.windowed_mean(powers[:, k])
     return out
 
 
@@ -92,12 +92,12 @@ def names_to(order: int) -> list[str]:
 
 
 def bend_column(parts: Sequence[FrictionRows], knee: float) -> Vector:
-    """Return the regressor (m,) of viscous friction above the speed `knee` [rad/s | m/s]."""
+    """Return the regressor (m,) of viscous friction added above the speed `knee` [rad/s | m/s]."""
     return np.concatenate(
-        [rows.under_bell(rows.sign * np.maximum(rows.speed - knee, 0.0)) for rows in parts]
+        [rows.windowed_mean(rows.sign * np.maximum(rows.speed - knee, 0.0)) for rows in parts]
     )
 
 
 def knee_column(parts: Sequence[FrictionRows], knee: float) -> Vector:
     """Return the derivative (m,) of `bend_column` with respect to the speed of the knee."""
-    return np.concatenate([rows.under_bell(-rows.sign * (rows.speed > knee)) for rows in parts])
+    return np.concatenate([rows.windowed_mean(-rows.sign * (rows.speed > knee)) for rows in parts])

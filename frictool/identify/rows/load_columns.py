@@ -30,7 +30,7 @@ from frictool.identify.rows.load_terms import (
     declared_terms,
     wave_number,
 )
-from frictool.identify.rows.smoothing import bump
+from frictool.identify.rows.smoothing import smoothing_kernel
 from frictool.typing import Vector
 
 # least share of a harmonic's column that the other columns do not explain; the share is 1 over
@@ -79,7 +79,7 @@ def load_columns(motion: SmoothedMotion, bench: Bench) -> dict[str, Vector]:
 def _smoothed(values: Vector, window: int, period: float) -> Vector:
     if values.size < window:
         return np.full(values.size, np.nan)
-    return np.convolve(values, bump(window, period), mode="same")
+    return np.convolve(values, smoothing_kernel(window, period), mode="same")
 
 
 def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:

@@ -66,7 +66,7 @@ class RecordSegment:
         return state
 
 
-def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
+def gap_free_segments(records: Sequence[MotionRecord]) -> list[RecordSegment]:
     """Return every gap-free part of the records with at least FEWEST_SAMPLES samples."""
     segments = []
     for record in records:

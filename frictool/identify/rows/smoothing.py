@@ -49,7 +49,7 @@ def acceleration_filter(window: int, period: float) -> Vector:
     return savitzky_golay(window, DEGREE, 2, period)
 
 
-def bump(window: int, period: float) -> Vector:
+def smoothing_kernel(window: int, period: float) -> Vector:
     """Return the smoothing kernel g (window - 2,) of sum 1, defined in the module docstring."""
     once = np.cumsum(acceleration_filter(window, period)) * period
     return np.asarray(np.cumsum(once[:-1])[:-1] * period, dtype=np.float64)
@@ -205,7 +205,7 @@ def smoothed(record: MotionRecord, window: int) -> tuple[Vector, Vector, Vector]
 
     The first and the last (window - 1)/2 values of each signal are NaN.
     """
-    return smoothed_by(record, bump(window, record.period))
+    return smoothed_by(record, smoothing_kernel(window, record.period))
 
 
 def smoothed_by(record: MotionRecord, g: Vector) -> tuple[Vector, Vector, Vector]:

@@ -58,7 +58,7 @@ def refuse_unknown_temperature(records: Sequence[MotionRecord], bench: Bench) ->
         low, high = law.over.low, law.over.high
         raise UnusableLogs(
             f"the temperature varies by {high - low:.3g} K ({low:.4g} to {high:.4g} degC), and "
-            f"temperature of load.terms needs {LEAST_RANGE:g} K; add a log at another temperature"
+            f"the effect temperature needs {LEAST_RANGE:g} K; add a log at another temperature"
         )
 
 

@@ -88,7 +88,7 @@ def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, flo
     line, left = _fitted(rows, curved=False)
     square, less = _fitted(rows, curved=True)
     gain = excess.size / window * np.log(left / less)
-    if _is_curved(rows[:, 4]) and gain > LEAST_GAIN:
+    if _can_show_curvature(rows[:, 4]) and gain > LEAST_GAIN:
         line = square
     return float(line[0]), float(line[1]), float(line[2])
 
@@ -117,7 +117,7 @@ def _fitted(rows: Matrix, curved: bool) -> tuple[Vector, float]:
     return shape, left
 
 
-def _is_curved(excess: Vector) -> bool:
+def _can_show_curvature(excess: Vector) -> bool:
     """Return whether the temperatures h (n,) can show a curvature; two levels of h cannot."""
     scaled = excess / np.ptp(excess)
     line = np.column_stack([np.ones(scaled.size), scaled])

@@ -1,4 +1,4 @@
-"""Figures of a validation: signals over time, and the effort that the model lacks over velocity."""
+"""Figures of a validation: signals over time, and the residual effort over velocity."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ class Judgement:
 
 @dataclass(frozen=True)
 class SimulatedMotion:
-    """Measured and simulated position (n,) of a model, rad | m.
+    """Measured position of an axis, and simulated position of its model, (n,), rad | m.
 
     - duration: longest time of simulation without a restart, s
     - held: True if a controller holds the simulated position
@@ -207,7 +207,7 @@ def judged_on_side(judgement: Judgement, place: str, inside: float) -> Judgement
 def _noise(values: Values, record: MotionRecord, rows: SlipRows) -> float:
     """Return the rms effort of the encoder's noise, relative to the measured effort."""
     gain = float(np.linalg.norm(acceleration_response(record, rows.window)))
-    return values["inertia"] * measurement_noise(record) * gain / rows.size
+    return values["inertia"] * measurement_noise(record) * gain / rows.rms_effort
 
 
 def _intervals(model: Model, values: Values, rows: SlipRows) -> float:
@@ -219,7 +219,7 @@ def _intervals(model: Model, values: Values, rows: SlipRows) -> float:
         end = low if values[name] - low > high - values[name] else high
         moved = rows.modelled_effort({**values, name: end}, model.laws)
         square += float(np.mean((moved - modelled) ** 2))
-    return math.sqrt(square) / rows.size
+    return math.sqrt(square) / rows.rms_effort
 
 
 def _stray(
@@ -234,7 +234,7 @@ def _stray(
     low, high = float(np.min(motion.measured)), float(np.max(motion.measured))
     if travel is not None:
         low, high = min(low, travel.low), max(high, travel.high)
-    effort = limit * rows.size
+    effort = limit * rows.rms_effort
     if travel is not None and (
         motion.held or _load_range(load, low, high) > values["coulomb"] + effort
     ):

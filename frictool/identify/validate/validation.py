@@ -1,8 +1,9 @@
 """Comparison of a simulated model with the measured axis.
 
 In an open loop, the measured effort drives the model. In a closed loop, the bench's controller
-drives the model along the measured reference, and the effort of the controller has an error, too.
-If the bench has a servo, the servo's firmware drives the model along the logged goal.
+drives the model along the measured reference, and the effort of the simulated controller is
+compared with the measured effort, too. If the bench has a servo, the servo's firmware drives the
+model along the logged goal.
 
 If the model is valid on one side of a position only (`valid_side`), the part of the log on this
 side is compared. Each simulation starts where the log enters this side, with the measured speed.
@@ -44,7 +45,7 @@ from frictool.identify.fit_result import CURVE, PARAMETERS
 from frictool.identify.force_error import SlipRows, slip_rows
 from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.identify.rows.load_terms import load_values
-from frictool.identify.rows.segments import RecordSegment, whole
+from frictool.identify.rows.segments import RecordSegment, gap_free_segments
 from frictool.identify.validate.judgement import (
     LEAST_VALID,
     Judgement,
@@ -268,7 +269,9 @@ def _check(record: MotionRecord, request: ValidationRequest) -> None:
 
 def _pieces(record: MotionRecord, skip: int) -> list[RecordSegment]:
     pieces = [
-        piece for piece in whole([record]) if piece.last - piece.first > skip + 3 * FILTER_ORDER
+        piece
+        for piece in gap_free_segments([record])
+        if piece.last - piece.first > skip + 3 * FILTER_ORDER
     ]
     if not pieces:
         raise LogError(

@@ -42,7 +42,7 @@ from frictool.plant.axis_friction_laws import (
     MAPPED,
     MAX_TERMS,
 )
-from frictool.plant.weak_form import bell, effort_weights
+from frictool.plant.weak_form import effort_weights, sampled_test_function
 from frictool.typing import Vector
 
 SHORTEST = 21  # samples, shortest window
@@ -182,7 +182,7 @@ def layout_of(
     if window < 5 or window % 2 == 0:
         raise FrictoolError(f"window: found {window} samples; allowed: an odd number of at least 5")
     reach = max(1, round(SLOPE_SHARE * window))
-    phi = np.concatenate(([0.0], bell(window), [0.0]))
+    phi = np.concatenate(([0.0], sampled_test_function(window), [0.0]))
     slowest = max(
         COUNTS * count / (reach * period), SLOWEST * top.value if top is not None else 0.0
     )
@@ -192,7 +192,7 @@ def layout_of(
         every=max(1, window // PER_WINDOW),
         reach=reach,
         phi=phi,
-        second=np.convolve(bell(window), [1.0, -2.0, 1.0]) / period**2,
+        second=np.convolve(sampled_test_function(window), [1.0, -2.0, 1.0]) / period**2,
         effort=np.array(effort_weights(period, bench.actuator.logged_lag_s)),
         slowest=slowest,
         fastest=3.0 * top.value if top is not None else math.inf,
@@ -227,7 +227,7 @@ def _window(inertia: float, count: float, friction: float, period: float, travel
     longest = max(SHORTEST, MOVE_SHARE * travelling / period)
     window = 2 * (max(SHORTEST, round(SHORTEST_S / period)) // 2) + 1
     while window + 2 <= longest:
-        second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / period**2
+        second = np.convolve(sampled_test_function(window), [1.0, -2.0, 1.0]) / period**2
         if inertia * _acceleration_noise(count, second) <= NOISE_SHARE * friction:
             break
         window += 2

@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from frictool.plant.lti import Lti
-from frictool.verify.encoder_count_drive import HORIZON, count_current
+from frictool.verify.encoder_count_drive import HORIZON, drive_after_count
 
 
 def of(zero: float, pole: float, period: float = 1e-3) -> Lti:
@@ -17,7 +17,7 @@ def of(zero: float, pole: float, period: float = 1e-3) -> Lti:
 
 
 def test_a_gain_asks_for_itself_at_once() -> None:
-    assert count_current(
+    assert drive_after_count(
         Lti(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.array([[-30.0]]), 1e-3), 0.1
     ) == pytest.approx(3.0)
 
@@ -27,14 +27,14 @@ def test_a_response_that_peaks_later_counts_with_its_peak() -> None:
     system = of(-3.0, 0.5)
     (response,) = signal.dstep((system.a, system.b, system.c, system.d, 1e-3), n=HORIZON)[1]
     assert response[0, 0] == 0.0
-    assert count_current(system, 0.1122) == pytest.approx(0.1122 * np.max(np.abs(response)))
+    assert drive_after_count(system, 0.1122) == pytest.approx(0.1122 * np.max(np.abs(response)))
 
 
 def test_an_integral_counts_over_the_horizon_only() -> None:
     integral = of(0.0, 1.0)
-    assert count_current(integral, 1.0) == pytest.approx(HORIZON - 1)
+    assert drive_after_count(integral, 1.0) == pytest.approx(HORIZON - 1)
 
 
 def test_a_continuous_controller_is_refused() -> None:
     with pytest.raises(ValueError, match="sampled"):
-        count_current(of(0.0, -1.0, 0.0), 1.0)
+        drive_after_count(of(0.0, -1.0, 0.0), 1.0)
