@@ -8,9 +8,9 @@ The inequalities, each with its equation or section in the thesis:
     (3.31)  T_0 >= T_e_min             the body stays at rest for at least one integration step
     3.2     Sigma > 3 v_s              at the speed Sigma, the Stribeck effect has decayed
 
-A body that slips below the speed Sigma is captured, which means that it sticks, unless the effort
-in the direction of its motion reaches the Coulomb friction (hybrid_kernels.py). The classes of this
-module define the other symbols.
+A body that slips at a speed below Sigma is captured, which means that the body sticks, unless the
+effort in the direction of motion reaches the Coulomb friction (hybrid_kernels.py). The classes of
+this module define the other symbols.
 """
 
 from __future__ import annotations

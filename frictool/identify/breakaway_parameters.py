@@ -238,8 +238,8 @@ def _fitted_over_position(
     weak form gives no inertia, either, the inertia is refused.
 
     Return two outcomes. The first contains the new inertia, or its refusal. The second contains all
-    parameters of the repeated fit. It is None if the repeated fit gives no inertia, or if the
-    inertia comes from the weak form.
+    parameters of the repeated fit; the second is None if the repeated fit gives no inertia, or if
+    the inertia comes from the weak form.
     """
     if _over_position(fit):
         return outcome, outcome

@@ -131,8 +131,9 @@ class SlidingFit:
       residual
     - method: name of the method that gave the fit
     - why: reason why `auto` chose this method
-    - dropped: parameters that were set to 0, since this does not worsen the prediction of strokes
-      left out of the fit, or since the log does not determine them (`rows/position_orders.py`)
+    - dropped: parameters that were set to 0, since the value 0 does not worsen the prediction of
+      strokes left out of the fit, or since the log does not determine the parameters
+      (`rows/position_orders.py`)
     - fixed: interval of each parameter that was fixed in the fit; it lies within the interval in
       bench.yaml
     - force_error: relative force error, defined in `force_error.py` and comparable between methods;

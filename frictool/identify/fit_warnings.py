@@ -98,8 +98,8 @@ def rejected_onset_warnings(ramp: Breakaway | None) -> list[str]:
     if ramp is None or ramp.rejected == 0:
         return []
     return [
-        f"breakaway: {ramp.rejected} motions far below Coulomb friction are left out, after which "
-        "the axis rested again; look for backlash, or an elastic drive train"
+        f"breakaway: {ramp.rejected} motions that begin at efforts far below Coulomb friction are "
+        "left out; look for backlash, or an elastic drive train"
     ]
 
 

@@ -130,10 +130,10 @@ class Identification(Outcome):
 class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
-    The message states the most frequent reason. If there are other reasons, it also names the
-    parameters with the most frequent reason, and states the number of the other parameters.
-    `exit_code` is 1 if no fit was possible, and 4 if a fit gave neither inertia nor friction or if
-    position and drive have opposite signs.
+    The message states the most frequent reason. If there are other reasons, the message also names
+    the parameters with the most frequent reason, and states the number of parameters with other
+    reasons. `exit_code` is 1 if no fit was possible, and 4 if a fit gave neither inertia nor
+    friction or if position and drive have opposite signs.
     """
 
     def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:

@@ -96,9 +96,9 @@ def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> 
     """Return the intersection of the logs' interval and the range in bench.yaml.
 
     The intersection has the confidence of `interval`, because the range in bench.yaml certainly
-    contains the true value. The value of the result is the value of `interval` or, if it lies
-    outside the range in bench.yaml, the nearest end of this range; it is limited to the
-    intersection.
+    contains the true value. The value of the result is the value of `interval`, moved to the
+    nearest end of the range in bench.yaml if the value lies outside, and then to the nearest end of
+    the intersection.
 
     Parameters
     ----------

@@ -12,9 +12,9 @@ hold:
 
 - Both halves of the strokes select nearly the same position.
 - The load with the knot predicts the strokes that cross the knot clearly better than two smooth
-  loads: the loads of the model, and these loads with gravity and a polynomial over the travel. It
-  also predicts significantly better than the loads of the model with further ripples, although
-  these ripples have more parameters.
+  loads: the loads of the model, and these loads with gravity and a polynomial over the travel. The
+  load with the knot also predicts significantly better than the loads of the model with further
+  ripples, although these ripples have more parameters.
 - Jump and bend differ significantly from 0, and noise of the acceleration cannot cause them.
 - The change of the effort at the knot exceeds the half width of its interval. Fitted for each
   direction of motion, the changes are similar; friction over position would change the effort of

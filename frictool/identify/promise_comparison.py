@@ -191,7 +191,7 @@ def _reasons(
     if not reasons or ratio > MORE * worse * coarse:
         planned_alike = "length, noise and strokes are as planned: " if not reasons else ""
         reasons.append(
-            f"{planned_alike}the residual probably has a part that the model lacks, such as a "
-            "load, friction that varies with position, or a lag of the drive"
+            f"{planned_alike}the residual probably contains an effect that the model lacks, "
+            "such as a load, friction that varies with position, or a lag of the drive"
         )
     return tuple(reasons)

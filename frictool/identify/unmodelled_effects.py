@@ -332,8 +332,8 @@ def _of_rivals(
 ) -> list[AcceptedEffects]:
     """Return the shifts to fits with explanations that predict the strokes equally well.
 
-    If the model includes one of these explanations, each of the other ones replaces it. If all are
-    left in the residual, each is added to the model. Ripples and an eccentric encoder are not
+    If the model includes one of these explanations, the others replace it in turn. If all are left
+    in the residual, each is added to the model in turn. Ripples and an eccentric encoder are not
     tried.
     """
     out = []

@@ -60,7 +60,8 @@ class WindingDelay:
     - measured: increase by the measured winding, at most `possible`; None if it was not measured
     - lag: electrical time constant L/R of the measured winding, s; 0 if it was not measured
     - undecided: predicate of a sentence that says why the logged current does not determine the
-      increase; empty if the current was not logged, or if it determines the increase
+      increase; empty if the current was not logged, or if the logged current determines the
+      increase
     """
 
     possible: Interval

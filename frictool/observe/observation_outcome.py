@@ -24,7 +24,9 @@ KINDS = {
     "directional": "a factor for each direction",
     "zones": "a factor for each zone of the travel",
 }
-NOT_DETERMINED = "not determined by this log (effort too small beside friction and quantisation)"
+NOT_DETERMINED = (
+    "not determined by this log (effort too small compared with friction and quantisation)"
+)
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
     position ──central difference, Butterworth forwards and backwards──▶ zero-phase velocity
              ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)──▶ best low-pass
 
-The zero-phase velocity is the reference from which errors are computed. It needs later samples, and
-is computed in blocks with margins as long as the filter's memory. The comparison favours the
-low-pass: its cut-off is chosen with knowledge of the whole log.
+The zero-phase velocity is the reference from which errors are computed. This reference needs later
+samples, and is computed in blocks with margins as long as the filter's memory. The comparison
+favours the low-pass: its cut-off is chosen with knowledge of the whole log.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ class WearEstimate:
     - scale: common factor of all wear values due to an error of the actuator constant: 1, with an
       interval that follows from the range of the constant in bench.yaml (wear/constant_error.py).
       The factor cancels in a ratio to commissioning. The intervals of the wear values do not
-      include it.
+      include this error.
     - others: other parameters (inertia, ...) divided by the model's values
     - undetermined: names in `others` that the moves determine no better than the prior
     - warnings: lines of text

@@ -72,8 +72,8 @@ def _of_all_and_parts(
                 limit,
                 True,
                 True,
-                f"{_shown(f'{name} {part}', worn)} is above {limit:g}; the wear of all friction is "
-                f"{judged.value:.4g}",
+                f"{_shown(f'{name} {part}', worn)} is above {limit:g}; the mean over "
+                f"directions and zones is {judged.value:.4g}",
             )
     return of_all
 

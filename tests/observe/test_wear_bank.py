@@ -43,7 +43,7 @@ def restrictions(draw: np.random.Generator) -> list[ParameterRestriction]:
 class Still(ChangeDetector):
     """Tells of no change, and notes what it is given."""
 
-    def seen(self, step: Vector, weight: Vector) -> Vector:
+    def add_move(self, step: Vector, weight: Vector) -> Vector:
         self.given = step, weight
         return np.zeros_like(step)
 
@@ -167,10 +167,10 @@ def test_changes_are_told_at_the_stated_rate_and_drifts_before_any_single_move_s
         quiet, drifting = ChangeDetector((1, 2), 0), ChangeDetector((1, 2), 0)
         for _ in range(moves):
             z = draw.normal(size=(1, 2))
-            false += bool(np.any(quiet.seen(z, np.ones((1, 2))) > 0.0))
+            false += bool(np.any(quiet.add_move(z, np.ones((1, 2))) > 0.0))
             lagging = z + np.array([[1.5, 0.0]])
             single += bool(abs(lagging[0, 0]) > SURPRISE)
-            if drifting.seen(lagging, np.ones((1, 2)))[0, 0] > 0.0:
+            if drifting.add_move(lagging, np.ones((1, 2)))[0, 0] > 0.0:
                 found += 1
                 break
     assert (
@@ -182,12 +182,12 @@ def test_changes_are_told_at_the_stated_rate_and_drifts_before_any_single_move_s
 
 def test_the_wear_is_told_before_another_parameter_that_explains_as_much() -> None:
     change = ChangeDetector((1, 3), 2)
-    walked = change.seen(np.array([[0.0, 6.1, 6.0]]), np.ones((1, 3)))
+    walked = change.add_move(np.array([[0.0, 6.1, 6.0]]), np.ones((1, 3)))
     assert walked[0, :2].tolist() == [0.0, 0.0]
     assert walked[0, 2] == pytest.approx(np.sqrt(9.0 - 1.0))  # what is left is 2 deviations
-    other = ChangeDetector((1, 3), 2).seen(np.array([[0.0, 9.0, 6.0]]), np.ones((1, 3)))
+    other = ChangeDetector((1, 3), 2).add_move(np.array([[0.0, 9.0, 6.0]]), np.ones((1, 3)))
     assert other[0].tolist() == pytest.approx([0.0, np.sqrt(4.5**2 - 1.0), 0.0])
-    assert np.all(ChangeDetector((1, 3), 2).seen(np.zeros((1, 3)), np.zeros((1, 3))) == 0.0)
+    assert np.all(ChangeDetector((1, 3), 2).add_move(np.zeros((1, 3)), np.zeros((1, 3))) == 0.0)
 
 
 def test_what_a_model_lets_its_unit_be() -> None:

@@ -39,7 +39,7 @@ def inseparable(load: OnsetLoad, why: str) -> UnusableLogs:
     """Return the exception for ramps that do not separate the breakaway from a declared load."""
     return UnusableLogs(
         f"these ramps cannot separate the breakaway from the declared {load.what}: {why}; add "
-        "ramps both ways at the same positions, or a log of sliding"
+        "ramps in both directions at the same positions, or a log of sliding"
     )
 
 

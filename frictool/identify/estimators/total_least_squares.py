@@ -132,8 +132,8 @@ def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
         smallest = 1.0 / float(scipy.linalg.eigh(s, m, eigvals_only=True)[-1])
     except np.linalg.LinAlgError:
         raise UnusableLogs(
-            "a part of the logs does not separate the parameters; total least squares need this "
-            "in every part; record more strokes in both directions, or use least-squares"
+            "total least squares need every part of the logs to separate the parameters, but one "
+            "does not; record more strokes in both directions, or use least-squares"
         ) from None
     left = m - smallest * s
     return np.asarray(np.linalg.solve(left[:-1, :-1], left[:-1, -1]) * scale[-1] / scale[:-1])

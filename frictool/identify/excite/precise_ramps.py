@@ -157,7 +157,7 @@ class _RampDesign:
         return min(plans, key=lambda plan: plan.duration if shortest else plan.deviation)
 
     def sequence(self, plan: RampPlan) -> ExcitationSequence:
-        """Return the sequence of a plan. Raises NoSolutionError if it exceeds a limit."""
+        """Return the sequence of a plan; raise NoSolutionError if the sequence exceeds a limit."""
         rounds = max(1, math.ceil(plan.onsets / (2 * SEGMENTS)))
         segments = math.ceil(plan.onsets / (2 * rounds))
         return breakaway_ramps(

@@ -102,7 +102,8 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
         share = float(np.linalg.svd(left, compute_uv=False)[-1]) / np.sqrt(0.5 * rows)
         if share < LEAST_SHARE:
             reason = (
-                f"over this travel only {100 * share:.2g} % of {term} differs from the other terms"
+                f"over this travel, only {100 * share:.2g} % of {term} is independent of the other "
+                "terms"
             )
             out.update(
                 dict.fromkeys(

@@ -18,8 +18,8 @@ The force error says nothing about samples at rest, and an unstable model may ha
 error. A model whose simulated position strays therefore does not reproduce the log, either:
 
 - If the position is held by a controller, or by a spring or gravity with more effort than friction
-  and effort error together, it must stay in the travel of the bench, extended by `limit` times the
-  travel.
+  and effort error together, the simulated position must stay in the travel of the bench, extended
+  by `limit` times the travel.
 - Without such a holding effort, the simulated position drifts, because the axis integrates errors
   of the effort. An rms error e moves a sliding axis of inertia J and viscous friction b by at most
   e T min(1/b, T/J) during the time T. If a model with a spring or gravity drifts further than this
@@ -178,7 +178,7 @@ def judged_positions(
         f"{100.0 * limit:.3g} %"
     )
     if error > limit:
-        advice = "look at --page, and add this log to identify"
+        advice = "look at --page, and identify again with this log added"
         return Judgement(False, error, limit, f"this log contradicts the model: {shown}", advice)
     return Judgement(True, error, limit, f"the model reproduces this log: {shown}")
 

@@ -140,8 +140,8 @@ class Validation(ResultView):
     def position_text(self) -> str:
         """Return the position errors as text, with a note if they exceed the measured range.
 
-        If the rms error exceeds this range, most of it is drift, because no feedback holds the
-        position.
+        If the rms error exceeds this range, most of the error is drift, because no feedback holds
+        the position.
         """
         unit = si_unit("position", self.axis)
         errors = f"{self.position_rmse:.4g} {unit} rms, {self.largest:.4g} {unit} at most"

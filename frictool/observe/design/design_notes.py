@@ -66,7 +66,7 @@ def _constant(switched: Switched) -> str:
     ]
     return (
         "the friction is the same at every position: gamma is computed for an assumed error of "
-        f"{UNIT_DEVIATION:.0%} of it"
+        f"{UNIT_DEVIATION:.0%} of the friction"
         if chosen
         else ""
     )

@@ -39,7 +39,7 @@ class ChangeDetector:
             np.zeros((*shape, MEMORIES.size)) for _ in range(3)
         )
 
-    def seen(self, step: Vector, weight: Vector) -> Vector:
+    def add_move(self, step: Vector, weight: Vector) -> Vector:
         """Add a move; return the standard deviations (k, n) of random steps that explain a change.
 
         The result is 0 for a parameter without a change. `step` and `weight` (k, n) are numerator

@@ -40,7 +40,10 @@ SMALL_FALL = 3e-3
 
 
 def falling(at: int) -> UnmodelledFriction:
-    """Return friction that falls by about FALL on the scale of index `at` or the next scales."""
+    """Return unmodelled friction that falls by about FALL over the speed scale of index `at`.
+
+    The neighbouring scales may contain a part of the fall.
+    """
     fallen = [FALL_SPREAD if abs(index - at) <= 1 else SMALL_FALL for index in range(len(FALLS))]
     return UnmodelledFriction(0.0, 0.03, 0.01, FALL, at, tuple(fallen))
 
@@ -145,7 +148,7 @@ class FilterBank:
         self._loosen(self._restless)
         gain = _gain(self.spreads, information, noise)
         back = gain.transpose(0, 2, 1)
-        walked = self._changes.seen(
+        walked = self._changes.add_move(
             _times(back, missed) / noise, np.einsum("kij,kji->ki", back, information) / noise
         )
         if np.any(walked > 0.0):
@@ -291,7 +294,7 @@ class FilterBank:
 
 
 def rising_penalty(falls: Vector, means: Vector, deviations: Vector) -> Vector:
-    """Return log weights (k,) that exclude falls with negative parts: such friction rises.
+    """Return log weights (k,): small for falls with negative parts, since such friction rises.
 
     `falls`, and the prior `means` and `deviations` of the falls, are (k, m). The weight is 1 for a
     prior without an unmodelled fall.

@@ -38,7 +38,7 @@ def zone_mean(layout: WeakFormLayout, zone: int) -> Vector:
 
 
 def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | None = None) -> Vector:
-    """Return weights (p,): the weighted coefficients add up to (mean friction)/(model's friction).
+    """Return weights (p,) with which the coefficients sum to (mean friction)/(model's friction).
 
     - zones: indices of zones; empty for all zones
     - side: direction; None for both directions
