@@ -126,9 +126,9 @@ def _refuse_returning(logs: AxisLogs, sliding: Outcome) -> None:
         passages = sum(passages_of(one, rest) for one in logs.sliding)
         if share > MOST_RETURNS and not (known and passages >= enough):
             raise UnusableLogs(
-                f"after {100 * share:.3g} % of ramps, the axis moves back to about {rest:.3g} "
+                f"after {100 * share:.3g} % of ramps, the axis returns to {rest:.3g} "
                 f"{unit} without drive: a load exceeds the breakaway; log {enough} strokes through "
-                "it, or remove the load"
+                "this position, or remove the load"
             )
 
 

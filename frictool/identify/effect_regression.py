@@ -454,7 +454,7 @@ class EffectRegression:
         return [AcceptedEffects(what, significance, shift, held_out, whole=whole, settle=settle)]
 
     def alternative(self, hypotheses: Sequence[Hypothesis]) -> list[AcceptedEffects]:
-        """Return the shift of the parameters to a fit with `hypotheses`, or [].
+        """Return the shift of the parameters from the model to a fit with `hypotheses`, or [].
 
         The shifted intervals are at least as wide as the intervals of this fit. The result is empty
         if the rows do not determine the fit.

@@ -30,7 +30,7 @@ LASTING = 2  # distance of the compared residuals, in smoothing windows
 
 
 def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
-    """Return the shift of the parameters by each effect that is added alone to the fit.
+    """Return the shifts of the parameters if one effect at a time is added to the fit.
 
     The tried effects are a spring, and a viscous friction that differs between the directions. An
     effect is left out if the model includes it, or if the rows do not determine it. The result is

@@ -16,15 +16,15 @@ hold:
   load with the knot also predicts significantly better than the loads of the model with further
   ripples, although these ripples have more parameters.
 - Jump and bend differ significantly from 0, and noise of the acceleration cannot cause them.
-- The change of the effort at the knot exceeds the half width of its interval. Fitted for each
-  direction of motion, the changes are similar; friction over position would change the effort of
-  both directions by opposite amounts.
+- The change of the effort at the knot exceeds the half width of its interval. If the change is
+  fitted for each direction of motion separately, both results are similar; friction over position
+  would change the effort of both directions by opposite amounts.
 - The change of the effort is at least LEAST_CHANGE times the Coulomb friction.
 
 The smoothing windows are shorter than the windows of a fit, because a long window hides a jump and
 excludes strokes in which the axis rests at the knot. Short windows leave more noise of the
 acceleration. The windows are long enough that this noise, times the inertia, is well below the
-least change.
+smallest change that is reported.
 """
 
 from __future__ import annotations
@@ -97,8 +97,8 @@ class LoadKink:
     - jump: change of the effort at the knot, N m | N; 0 if only the stiffness changes
     - bend: change of the stiffness at the knot, N m/rad | N/m
     - above: True if most samples lie at positions above the knot
-    - squares: squared prediction error of a stroke, divided by the squared error of the best smooth
-      load; geometric mean over the strokes
+    - squares: squared prediction error of a stroke divided by the squared error with the best
+      smooth load, as geometric mean over the strokes
     """
 
     position: float

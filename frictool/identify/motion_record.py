@@ -11,7 +11,7 @@ T, the time at which the current is read decides whether the log contains the ef
 the update. The reading is assumed to follow the update after an exponentially distributed time with
 the mean READ_LATE T. This time exceeds the lag with the probability a = exp(-lag/(READ_LATE T));
 the reading then counts as a reading after the update. The effort of the record is the mean of both
-cases, and is therefore continuous in the lag.
+cases, weighted by their probabilities, and is therefore continuous in the lag.
 
 A logged voltage is the command, which the drive holds until the next sample. If the bench states a
 lag of a voltage drive, such as L/R of the winding, `lagged` computes the effort at the samples from

@@ -84,8 +84,8 @@ def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: f
     """Return a message if the effort of a record opposes its motion, else None.
 
     With enough strokes in both directions, the effort opposes the motion if the mean effort along
-    the strokes minus the offset is significantly negative. Otherwise, the mean effort along every
-    stroke and the net work of the effort must be negative.
+    the strokes minus the offset is significantly negative. With fewer strokes, the mean effort
+    along every stroke and the net work of the effort must be negative.
     """
     for record in records:
         direction, effort = stroke_efforts(record)

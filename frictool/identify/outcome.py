@@ -87,9 +87,9 @@ def accept(
 ) -> Outcome:
     """Return an outcome in which offered parameters with informative intervals are identified.
 
-    Other parameters are refused. If a refused interval narrows the range of the parameter in
-    bench.yaml, the outcome contains the intersection of interval and range. `reasons` contains
-    parameters that the method has refused, with the reasons.
+    The other offered parameters are refused. If a refused interval narrows the range of the
+    parameter in bench.yaml, the outcome contains the intersection of interval and range. `reasons`
+    contains parameters that the method has refused, with the reasons.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})

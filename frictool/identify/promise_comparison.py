@@ -83,7 +83,7 @@ class PromisedParameter:
 def compare_with_promise(
     outcome: IdentifiedModel, bench: Bench, promise: Promise
 ) -> list[PromisedParameter]:
-    """Compare the identified half width of each parameter in `promise` with the half width there.
+    """Compare the identified half width of each parameter with the half width in `promise`.
 
     Parameters
     ----------

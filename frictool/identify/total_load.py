@@ -8,7 +8,7 @@ determine the total at every position:
     total(x) = sum over nodes l_j(x) total(x_j)
 
 For each node, the columns of the loads are shifted so that they are 0 at the node. The offset of
-this fit is the total load at the node. Its interval is widened as the interval of any offset is
+this fit is the total load at the node. Its interval is widened for effects that the model lacks
 (`unmodelled_effects.py`), and for the intervals of the fixed parameters. At a position x, the
 interval of the total is the sum of the nodes' intervals, each times l_j(x).
 """

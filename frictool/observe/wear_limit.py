@@ -50,10 +50,11 @@ def judge(
     ratio: EstimateRange | None = None,
     doubts: Sequence[str] = (),
 ) -> WearVerdict:
-    """Return the verdict on the wear or, if known, on its `ratio` to the wear at commissioning.
+    """Return the verdict on the wear, or on the ratio of the wear to the wear at commissioning.
 
-    `doubts` contains reasons why the log may be from another rig (rig_plausibility.py). If there
-    are doubts, a wear below the limit is undecided; a wear above the limit still exceeds it.
+    The wear is compared with the limit if `ratio` is None, else the ratio. `doubts` contains
+    reasons why the log may be from another rig (rig_plausibility.py). If there are doubts, a wear
+    below the limit is undecided; a wear above the limit still exceeds it.
     """
     verdict = _of_all_and_parts(estimate, limit, ratio)
     return verdict if verdict.exceeded or not doubts else WearVerdict(limit, None, False, doubts[0])

@@ -75,7 +75,7 @@ def test_the_breakaway_of_returning_ramps_is_refused(tmp_path: Path) -> None:
     with pytest.raises(NothingIdentified) as error:
         identify_records([], [record], mass_bench(tmp_path), "auto", IdentificationSettings())
     reason = error.value.result.refused["breakaway"]
-    assert "moves back to about" in reason
+    assert "the axis returns to" in reason
     assert len(f"not identified: breakaway: {reason}") <= 210
 
 

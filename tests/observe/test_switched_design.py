@@ -70,7 +70,10 @@ def test_a_constant_friction_has_one_interval_a_direction() -> None:
     assert [mode.index for mode in observer.switched.modes] == [-1, 0, 1]
     assert observer.switched.modes[0].friction == 20.3935
     assert observer.axis == "linear"
-    assert any("an assumed error of 1% of the friction" in line for line in notes(observer, _model(emps=True)))
+    assert any(
+        "an assumed error of 1% of the friction" in line
+        for line in notes(observer, _model(emps=True))
+    )
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,7 @@ class BreakawayPositions:
         )
 
     def power_weights(self, rows: Matrix) -> Matrix:
-        """Return the matrix (m, p) that converts fitted coefficients to powers of the position.
+        """Return the matrix (m, p) from fitted coefficients to coefficients of powers of position.
 
         The p fitted coefficients are in the order of `design`. `rows` (m, p) selects the m Legendre
         coefficients of one polynomial. Row i of the result, times the fitted coefficients, is the

@@ -108,7 +108,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
         kept = {name: interval for name, interval in result.parameters.items() if name != "inertia"}
         reason = (
             f"the weak form over {window} samples would give the inertia to {percent(precision)}; "
-            f"needed: below {percent(known)}, as in the bench"
+            f"needed: below {percent(known)}, the precision in the bench"
         )
         return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})
     second = np.convolve(sampled_test_function(window), [1.0, -2.0, 1.0]) / sensing.period**2

@@ -118,8 +118,8 @@ def returning_ramps(bench: Bench) -> str | None:
     unit = si_unit("effort", bench.axis)
     return (
         f"ramps return the drive to 0: a load of up to {load:.3g} {unit} (offset, load.most) may "
-        f"exceed the breakaway (from {least:.3g}) and move the axis back each time; remove it, or "
-        "narrow both"
+        f"exceed the breakaway (from {least:.3g}) and move the axis back each time; remove the "
+        "load, or narrow both ranges"
     )
 
 

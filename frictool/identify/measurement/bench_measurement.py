@@ -139,7 +139,7 @@ def voltage_drop_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Be
     return (
         f"coulomb and breakaway include {effort:.3g} {si_unit('effort', bench.axis)}: driver and "
         f"brushes take {drop.value:.3g} V [{drop.low:.3g}, {drop.high:.3g}] of the logged voltage; "
-        "to exclude it, subtract this drop"
+        "to exclude this effort, subtract the drop"
     )
 
 

@@ -33,7 +33,7 @@ FEWEST_CELLS = 16  # least number of cells with samples that give a spectrum
 
 @dataclass(frozen=True)
 class SlipSamples:
-    """Samples (n,) of all logs that certainly slip, smoothed (`force_error.py`), in SI units.
+    """Smoothed samples (n,) of all logs at which the axis certainly slips, SI (`force_error.py`).
 
     - time: time, with all logs placed one after the other, s
     - position, velocity: smoothed motion, rad and rad/s | m and m/s

@@ -1,9 +1,9 @@
 """Preisach distribution, as Everett's table, from cycles that are centred at 0 (thesis 7.2).
 
 The cycles have K amplitudes a = k z/K, k = 1 to K, with the largest amplitude z. The falling branch
-of each cycle, from +a to -a, is used (friction/preisach_cycles.py). The r-th branches of all
-amplitudes give table r. The result is the mean over all tables. The interval of the mean combines
-Student's interval over the tables and an error of one encoder count.
+of each cycle, from +a to -a, is used (friction/preisach_cycles.py). Table r is computed from the
+r-th falling branch of each amplitude. The result is the mean over all tables. The interval of the
+mean combines Student's interval over the tables and an error of one encoder count.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ delay are 0. The same row is used for all kinds of wear: uniform, by direction, 
 (parameter_restriction.py).
 
 The window is so long that the rounding of the encoder disturbs a row by at most NOISE_SHARE of the
-dry friction. To fit into a move, the window is at most a third of the time for the travel at top
-speed.
+dry friction. To fit into a move, the window is at most a third of the time that the axis takes for
+the travel at top speed.
 """
 
 from __future__ import annotations
