@@ -95,12 +95,34 @@ def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
 
 def rejected_onset_warnings(ramp: Breakaway | None) -> list[str]:
     """Return a warning if motions in the ramps were left out, because they are not breakaways."""
-    if ramp is None or ramp.rejected == 0:
+    if ramp is None:
         return []
-    return [
-        f"breakaway: {ramp.rejected} motions that begin at efforts far below Coulomb friction are "
-        "left out; look for backlash, or an elastic drive train"
-    ]
+    warnings = []
+    if ramp.rejected:
+        warnings.append(
+            f"breakaway: {ramp.rejected} motions that begin at efforts far below Coulomb friction "
+            "are left out; look for backlash, or an elastic drive train"
+        )
+    if ramp.after_reversals:
+        warnings.append(
+            f"breakaway: {ramp.after_reversals} onsets are left out: after a reversal, the effort "
+            "is far lower than later in the same direction; look for backlash, and state "
+            "mechanics.backlash"
+        )
+    return warnings
+
+
+def reversal_notes(ramp: Breakaway | None, bench: Bench) -> tuple[str, ...]:
+    """Return a note if most breakaways may be inside a backlash that the bench does not state."""
+    if ramp is None or bench.mechanics.backlash is not None:
+        return ()
+    if 2 * ramp.reversed_onsets <= ramp.onsets:
+        return ()
+    return (
+        f"{ramp.reversed_onsets} of {ramp.onsets} breakaways directly follow a reversal: in a "
+        "backlash, they show the motor without its load; ramp several times in each direction, or "
+        "state mechanics.backlash",
+    )
 
 
 def mixed_onset_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:

@@ -42,6 +42,7 @@ from frictool.identify.fit_warnings import (
     mixed_onset_warnings,
     rejected_onset_warnings,
     replacement_warnings,
+    reversal_notes,
     short_stroke_warnings,
     unstable_load_warnings,
 )
@@ -216,7 +217,10 @@ def identify_records(
             *(() if wider is None else dict.fromkeys(wider.warnings(outcome.identified))),
         ),
         doubts={name: texts[0] for name, texts in suspects.items() if texts and name in ordered},
-        notes=() if wider is None else wider.notes(outcome.identified),
+        notes=(
+            *(() if wider is None else wider.notes(outcome.identified)),
+            *reversal_notes(outcome.ramp, logs.bench),
+        ),
         kink=logs.kink,
     )
     if PHYSICAL & outcome.identified.keys():

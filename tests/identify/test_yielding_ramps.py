@@ -176,3 +176,44 @@ def test_flicker_is_told_from_a_reversal() -> None:
     assert without_flicker(turned, 1.0).tolist() == [0, 1, 1, 1, 1, 1, 1, 0, -1]
     large = np.array([0, 2, 0, 2, 0, 2], dtype=float)
     assert np.array_equal(without_flicker(large, 1.0), large)
+
+
+def behind_a_gap(gap: float) -> tuple[AxisParameters, MotionRecord]:
+    """Return an axis, and a log of four ramps in each direction, four times.
+
+    The motor has half of the friction and of the inertia. It moves the load after the gap [counts].
+    The gap is closed at the first ramp, and open at the first ramp after each of seven reversals.
+    """
+    axis, _ = random_rig(0, "none")
+    width, span = gap * axis.encoder_step, 12.0 * axis.encoder_step
+    seconds = 1.5 * axis.breakaway / axis.coulomb  # duration of a ramp up to the breakaway
+    motor = speed = effort = began = 0.0
+    load = -0.5 * width
+    played, log = 0, []
+    while played < 32:
+        side = 1.0 if played // 4 % 2 == 0 else -1.0
+        touches = side * (motor - load) >= 0.499 * width
+        share = 1.0 if touches else 0.5
+        effort = side * (abs(effort) + axis.breakaway / seconds * PERIOD)
+        if side * (motor - began) >= span:
+            effort = 0.0
+        if speed == 0.0 and effort == 0.0:
+            began = motor
+            played += 1
+        if speed != 0.0 or abs(effort) > share * axis.breakaway:
+            force = effort - side * share * axis.coulomb - axis.viscous * speed
+            speed += force / (share * axis.inertia) * PERIOD
+            speed = speed if side * speed > 0.0 else 0.0
+        motor += speed * PERIOD
+        load = min(max(load, motor - 0.5 * width), motor + 0.5 * width)
+        log.append((math.floor(motor / axis.encoder_step) * axis.encoder_step, effort))
+    position, played_effort = np.array(log).T
+    return axis, log_of(axis, position, played_effort)
+
+
+@pytest.mark.parametrize("gap", [0.0, 8.0])
+def test_an_onset_inside_a_backlash_is_no_breakaway_of_the_load(tmp_path: Path, gap: float) -> None:
+    axis, log = behind_a_gap(gap)
+    found = breakaway([log], mass_bench(tmp_path), known(axis), 0.95)
+    assert found.after_reversals == (7 if gap else 0)
+    assert found.interval.value == pytest.approx(axis.breakaway, rel=0.05)

@@ -97,6 +97,9 @@ class Breakaway:
       (`unknown_load.load_slope`), or None
     - load: unknown part of the load; `interval` includes its effect
     - rejected: number of detected motions that were left out because they are no breakaway
+    - after_reversals: number of onsets that were left out because they directly follow a reversal
+      and need far less effort than later onsets in the same direction
+    - reversed_onsets: number of the `onsets` that directly follow a reversal
     """
 
     interval: Interval
@@ -113,6 +116,8 @@ class Breakaway:
     load_slope: float | None = None
     load: OnsetLoad = NO_LOAD
     rejected: int = 0
+    after_reversals: int = 0
+    reversed_onsets: int = 0
 
     @property
     def parameter(self) -> Interval:
@@ -236,6 +241,8 @@ def _breakaway(
         slope,
         load,
         data.rejected,
+        data.after_reversals,
+        sum(onset.after_reversal for onset in data.onsets),
     )
 
 

@@ -76,6 +76,8 @@ class BreakawayOnset:
     - rested: time at rest before the onset, s
     - timing: weight of the expected rest position, defined in `onset.py`
     - yields: True if the drive train yielded by a count or more during the rest
+    - after_reversal: True if the motion before the rest had the other direction, or if the log has
+      no motion before the rest
     """
 
     direction: float
@@ -87,6 +89,7 @@ class BreakawayOnset:
     rested: float
     timing: float
     yields: bool = False
+    after_reversal: bool = False
 
     @property
     def later(self) -> BreakawayOnset:
@@ -277,8 +280,8 @@ def _onsets(
     drive = record.effort
     if record.load is not None:  # the load's mean looks like an offset, and is left out
         drive = drive - (record.load - np.mean(record.load))
-    for (start, end), until, ramp in zip(
-        rests, following, ramps_among(rests, record.position, drive), strict=False
+    for k, ((start, end), until, ramp) in enumerate(
+        zip(rests, following, ramps_among(rests, record.position, drive), strict=False)
     ):
         direction = float(strokes.sign[end])
         if (
@@ -290,7 +293,8 @@ def _onsets(
             continue
         onset = _onset(record, start, end, until, direction)
         if onset is not None:
-            yield onset
+            before = record.position[start] - record.position[rests[k - 1][1] - 1] if k else 0.0
+            yield replace(onset, after_reversal=bool(direction * before <= 0.0))
 
 
 def _least_motion(record: MotionRecord, bench: Bench) -> float:

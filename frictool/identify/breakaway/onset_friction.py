@@ -8,6 +8,7 @@ mean rest position of all onsets is therefore used (`OnsetData.rest`).
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
@@ -49,6 +51,7 @@ PRIOR = 12.0  # 1/variance of a rest position that is uniform within its count, 
 ONSETS_COMPARED = 100
 SURELY = 1.0 + 1e-9  # factor on a limit, since a sum in another order is rounded differently
 APART = 2.0  # least ratio of the efforts of two groups of onsets
+BY_CHANCE = 1e-4  # probability of a rise of the effort after a reversal that is not by chance
 FIRST_PART = 4  # number of onsets compared before the first decision; each decision doubles it
 
 
@@ -182,6 +185,8 @@ class OnsetData:
       contains the offset.
     - fall: assumed Stribeck curve after each onset
     - rejected: number of detected motions that were left out because they are no breakaway
+    - after_reversals: number of onsets that were left out because they directly follow a reversal
+      and need less effort than later onsets in the same direction
     """
 
     onsets: list[BreakawayOnset]
@@ -190,6 +195,7 @@ class OnsetData:
     offset: float | None
     fall: StribeckFall = IMMEDIATE
     rejected: int = 0
+    after_reversals: int = 0
 
     @property
     def yields(self) -> bool:
@@ -309,7 +315,8 @@ def onset_data(
 ) -> OnsetData:
     """Return the onsets of the records; a direction with fewer than FEWEST_ONSETS is left out.
 
-    Onsets far below Coulomb friction are left out, too (`_below_coulomb`).
+    Onsets far below Coulomb friction are left out, too (`_below_coulomb`), and onsets inside a
+    backlash after a reversal (`_inside_backlash`).
 
     axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
 
@@ -317,7 +324,9 @@ def onset_data(
     """
     detected = [onset for record in records for onset in find_onsets(record, bench, axis)]
     low = _below_coulomb(detected, axis, records[0].resolution)
-    onsets = [onset for onset in detected if onset not in low]
+    clear = [onset for onset in detected if onset not in low]
+    inside = _inside_backlash(clear)
+    onsets = [onset for onset in clear if onset not in inside]
     used = [
         onset
         for onset in onsets
@@ -355,6 +364,7 @@ def onset_data(
         positions,
         None if one_way else 0.0 if known is None else known.value,
         rejected=len(low),
+        after_reversals=len(inside),
     )
 
 
@@ -380,6 +390,28 @@ def _below_coulomb(
         low[way] = lower_group(friction[way], position[way], resolution)
     below = np.flatnonzero(low & (friction < axis["coulomb"].low))
     return [onsets[k] for k in below.tolist()]
+
+
+def _inside_backlash(onsets: Sequence[BreakawayOnset]) -> list[BreakawayOnset]:
+    """Return the onsets directly after reversals that need far less effort than the next ones.
+
+    Inside a backlash, and in presliding, the motor moves without the load. The next onset in the
+    same direction is near in position and time. The rise of the effort between the two is compared
+    with the differences between successive later onsets in one direction. The rise must be larger
+    than all of these differences, and by chance at most as probable as BY_CHANCE.
+    """
+    pairs = [
+        (one, after)
+        for side in (1.0, -1.0)
+        for one, after in itertools.pairwise(o for o in onsets if o.direction == side)
+        if not after.after_reversal
+    ]
+    later = [after.level - one.level for one, after in pairs if not one.after_reversal]
+    if len(later) < FEWEST_ONSETS:
+        return []
+    quantile = float(scipy.stats.t.isf(BY_CHANCE, len(later)))
+    least = max(quantile * float(np.sqrt(np.mean(np.square(later)))), float(np.max(np.abs(later))))
+    return [one for one, after in pairs if one.after_reversal and after.level - one.level > least]
 
 
 def lower_group(friction: Vector, position: Vector, resolution: float) -> NDArray[np.bool_]:
