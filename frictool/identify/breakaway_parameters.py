@@ -287,10 +287,11 @@ def _weak_inertia(logs: AxisLogs, outcome: Outcome, fit: SlidingFit) -> Outcome 
 
 
 def _refitted(logs: AxisLogs, fit: SlidingFit, law: BreakawayOverPosition) -> SlidingFit | None:
-    """Return a repeated fit with the load terms of `fit` and widened intervals; None if it fails.
+    """Return a repeated fit with the load terms of `fit` and widened intervals, or None.
 
     If the sliding logs stay within the positions of the ramps, the polynomial of the friction over
-    position has the order of `law`.
+    position has the order of `law`. The result is None if the method cannot fit friction over
+    position, or if the fit fails.
     """
     inside = all(
         law.low <= end <= law.high

@@ -105,12 +105,16 @@ def fitted_lag(
 ) -> Interval | None:
     """Return the time constant [s] of an undeclared lag of the logged position, or None.
 
-    The result is None in four cases:
+    The result is None in five cases:
 
-    - The bench states the lag.
+    - The bench states the lag, or the records include a lag or a measured velocity.
+    - `fit` contains no delay by which the position follows the effort.
     - The lag may be shorter than the time between the readings of effort and position in a row.
     - The iteration for the lag does not converge.
     - A pure delay explains the effort nearly as well as the lag.
+
+    The time constant inertia/viscous of the fit with the lag is returned in place of the lag if the
+    fitted inertia contradicts bench.yaml and the exchanged inertia (`exchanged_inertia`) does not.
     """
     if lag_is_known(records, bench) or late_position(fit, records) is None:
         return None
@@ -137,8 +141,8 @@ def fitted_lag(
 def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Estimate | None:
     """Return the lag or delay [s] by which the position follows the effort in `fit`, or None.
 
-    The result is None if the lag may be shorter than the time between the readings of effort and
-    position in one row of the log.
+    The result is None if `fit` contains no such lag, or if the lag may be shorter than the time
+    between the readings of effort and position in one row of the log.
     """
     late = None if fit is None else fit.effects.get(DELAY)
     if late is None or may_be_read_apart(-late.high, records):

@@ -56,9 +56,10 @@ def missing_ripples(
 def _missing_ripple(
     searched: SearchedRecords, found: Sequence[float], level: float
 ) -> MissingRipple | None:
-    """Return the most significant ripple with a wave number that is not in `found`, or None.
+    """Return the ripple at the highest peak of the spectrum if it is significant, else None.
 
-    `level` is the permitted probability that noise looks like a ripple.
+    Peaks at the wave numbers `found` are ignored. `level` is the permitted probability that noise
+    looks like a ripple.
     """
     waves = (*searched.declared_waves, *found)
     used = [harmonic(term) for term in RIPPLES[len(searched.declared_waves) : len(waves)]]

@@ -66,6 +66,8 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     (`fixed_parameter_refit.py`). If the second fit does not explain the effort, or refuses a
     parameter that `fit` identifies, a value of the bench contradicts the log. The final fit is then
     `fit`, and a refused parameter keeps its fitted value if this value is in the bench's range.
+    There is no second fit if no refused parameter can be fixed, if nothing but an offset is
+    identified, or if the method fits a curve of friction over speed.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
@@ -146,7 +148,7 @@ def unexplained(logs: AxisLogs, fit: SlidingFit, from_logs: Mapping[str, Interva
     """Return the force error if no values in the bench's ranges explain the effort, else None.
 
     The parameters `from_logs` have the values of the logs. Each other parameter has the value
-    within its range in bench.yaml that minimises the force error.
+    within its range in bench.yaml that minimises the force error. Return None if the drive was off.
     """
     if logs.drive_off:
         return None

@@ -409,9 +409,10 @@ def _of_reading(
     """Return the uncertainty of the parameters because the time of reading a current is unknown.
 
     `period` is in s; `slopes` are as in `EffectRegression.timing`. The result is None for a drive
-    without a lag, and for a voltage, which is logged before the lag. The current may be read before
-    or after its update. The record contains the mean of both cases (`motion_record.py`). The shift
-    is therefore 0, and its half width follows from the probabilities of the two cases.
+    without a lag, for a voltage, which is logged before the lag, and if the model contains a delay.
+    The current may be read before or after its update. The record contains the mean of both cases,
+    weighted by their probabilities (`motion_record.py`). The shift is therefore 0, and its half
+    width follows from the probabilities of the two cases.
     """
     lag = bench.actuator.logged_lag_s
     late = next((one for one in plain.free if one.term == DELAY), None)
@@ -439,7 +440,8 @@ def _of_fitted_lag(
     """Return the shifts of the parameters by the uncertainty of a fitted lag.
 
     A second shift is added: the change of the inertia if the lag and the time constant
-    inertia/viscous are exchanged.
+    inertia/viscous are exchanged. The result is empty if no lag was fitted, or if the model
+    contains a delay.
     """
     late = next((one for one in regression.free if one.term == DELAY), None)
     if late is None or all(fitted_sensor_lag(one, bench) == 0.0 for one in records):

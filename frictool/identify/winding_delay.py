@@ -115,7 +115,8 @@ def winding_delay(
     """Return the increase of the inertia by the winding of a voltage drive.
 
     `viscous` is the viscous friction of the fit. Return None for another drive, if the model lacks
-    the inertia, or if neither the model contains a delay nor the records contain a lag.
+    the inertia, if neither the model contains a delay nor the records contain a lag, or if the
+    computed increase is not positive.
     """
     if regression is None or not bench.actuator.winding_delays:
         return None

@@ -79,7 +79,8 @@ def differentiation(
 ) -> Identifiability | None:
     """Return the verdict for least squares on differences of samples, with a filter if needed.
 
-    Return None if the worst-case error exceeds the target even with a filter.
+    Return None if the worst-case error or the expected precision exceeds the target, even with the
+    slowest filter that the a-priori time constant of the axis permits.
     """
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]

@@ -32,7 +32,7 @@ def sines_half_width(facts: AssessmentInputs, quantile: float) -> Vector:
     """Return the half widths (2,) of the intervals of viscous and Coulomb friction in SI units.
 
     `facts` are the inputs of the assessment. `quantile` is the number of standard deviations in a
-    half width. The result is inf if all strokes have the same speed.
+    half width. The result is inf if all strokes have nearly the same speed.
     """
     rows = np.array([[MEAN * stroke.speed, 1.0] for stroke in facts.strokes])
     duration = np.array([stroke.duration for stroke in facts.strokes]) * (

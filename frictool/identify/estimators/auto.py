@@ -112,8 +112,8 @@ def _with_simulated_inertia(
     error, a relative half width is added: the rms position error, divided by the rms part of the
     motion that only the inertia explains.
 
-    `fit` is returned unchanged if this ratio is 1 or more, if the simulation contradicts the
-    friction of `fit`, or if the bench has a load.
+    `fit` is returned unchanged if this ratio is 1 or more, if the simulation fails or contradicts
+    the friction of `fit`, or if the bench has a load.
     """
     effects = {effect.term for effect in declared_effects(bench)}
     if bench.load is not None and set(bench.load.terms) - effects - {"offset"}:

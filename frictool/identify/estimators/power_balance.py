@@ -34,7 +34,8 @@ def power_balance(
 ) -> SlidingFit:
     """Return inertia, viscous friction, Coulomb friction and offset by the power balance.
 
-    Raises UnusableLogs if the records have too few samples of sliding motion.
+    Raises UnusableLogs if the records have too few samples of sliding motion, or if the settings
+    contain a time constant and the bench declares loads.
     """
     if settings.time_constant is None:
         return weighted_fit(records, bench, settings, by_speed)

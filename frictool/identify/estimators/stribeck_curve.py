@@ -337,8 +337,9 @@ def _runs(record: MotionRecord) -> list[RunRow]:
 def _whole_stroke(record: MotionRecord, start: int, end: int) -> list[RunRow]:
     """Return a list with one row for the middle of a stroke.
 
-    The list is empty if the position deviates from a straight line over time by more than
-    WHOLE_SHARE of the stroke's distance, or if the relative change of the speed exceeds MOST_DRIFT.
+    The list is empty if the stroke is too short, if the position deviates from a straight line over
+    time by more than WHOLE_SHARE of the stroke's distance, or if the relative change of the speed
+    exceeds MOST_DRIFT.
     """
     ends = max(BLOCK, int(ENDS_SHARE * (end - start)))
     position = record.position[start + ends : end - ends]

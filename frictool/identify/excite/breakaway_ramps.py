@@ -232,10 +232,10 @@ def coasting_pause(bench: Bench, rate: float, top: float, advance_on: float) -> 
     """Return the pause [s] in which every axis of the bench comes to rest after a ramp.
 
     The drive signal is `rate` [A/s | V/s] times the time, at most `top` [A | V], until the axis has
-    moved by `advance_on` [rad | m]. The pause is a momentum divided by the least friction, but at
-    least PAUSE. The momentum is that of the heaviest axis with the strongest actuator, plus the
-    impulse of the effort that remains due to lag and delay of the drive. Raises NoSolutionError if
-    the simulation of the ramp fails.
+    moved by `advance_on` [rad | m]. The pause is the delay of the drive plus a momentum divided by
+    the least friction, but at least PAUSE. The momentum is that of the heaviest axis with the
+    strongest actuator, plus the impulse of the effort that remains due to lag and delay of the
+    drive. Raises NoSolutionError if the simulation of the ramp fails.
     """
     from frictool.engine.bench_experiment import play_one_ramp  # loads the engine
 

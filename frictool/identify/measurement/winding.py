@@ -331,7 +331,8 @@ def _joined(pieces: Sequence[_Piece], signals: Sequence[Vector]) -> Vector:
 def _fits(logs: Sequence[WindingLog], confidence: float) -> list[dict[str, Interval]]:
     """Return the intervals of the determined parameters, for each formula of the speed's slope.
 
-    Raises UnusableLogs if the equation does not explain the current.
+    Raises UnusableLogs if no gap-free part is long enough, or if the equation does not explain the
+    current.
     """
     pieces = _pieces(logs)
     if not pieces:
