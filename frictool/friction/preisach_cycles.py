@@ -28,7 +28,8 @@ def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
 
     cycles: descending branch of each cycle as a pair (positions that fall from a to -a, forces), in
     any units. The amplitudes are a = k z_max/len(cycles), k = 1, 2, ... Forces are interpolated
-    between positions. Raises ValueError if a branch does not extend from a to -a.
+    between positions. Raises ValueError if there is no cycle, if a branch does not extend from a to
+    -a, or if the force does not fall along the largest cycle.
     """
     count = len(cycles)
     if count == 0:

@@ -300,7 +300,7 @@ def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
     shown = "force error"
     left = fit.force_error or 0.0
     if left <= DOUBTFUL_FORCE_ERROR:
-        shown = "residual of the method's own equations"
+        shown = "residual of the method's equations"
         left = fit.residual
     if left <= DOUBTFUL_FORCE_ERROR:
         return []

@@ -171,7 +171,7 @@ def may_be_read_apart(least: float, records: Sequence[MotionRecord]) -> bool:
 
 
 def exchanged_inertia(parameters: Mapping[str, Interval], lag: float, bench: Bench) -> float | None:
-    """Return the inertia if the lag [s] and the axis's own time constant are exchanged.
+    """Return the inertia if the lag [s] and the time constant inertia/viscous are exchanged.
 
     `parameters` are the parameters with this lag. The result is None if the inertia is outside the
     interval in bench.yaml, or if the parameters lack the viscous friction.

@@ -189,7 +189,7 @@ def identify_records(
         If a log occurs twice, or cannot come from this axis.
     """
     estimate = _estimate(sort_logs(records, ramps, bench, method, settings))
-    if bench.load is None and estimate.found_load and estimate.varies:
+    if bench.load is None and estimate.has_load and estimate.varies:
         # during slip, friction over position that differs between the directions resembles a load
         without_load = msgspec.structs.replace(bench, load=ONLY_OFFSET)
         try:
@@ -242,7 +242,7 @@ class _Estimate(NamedTuple):
     wider: WidenedFit | None
 
     @property
-    def found_load(self) -> bool:
+    def has_load(self) -> bool:
         """Return True if the sliding logs show a load over position."""
         return self.outcome.laws is not None and self.outcome.laws.load is not None
 
@@ -262,7 +262,8 @@ def _estimate(logs: AxisLogs) -> _Estimate:
     """Estimate all parameters.
 
     If the load has a kink, only the samples on one side of the kink are used. Raises
-    NothingIdentified if position and drive of a sliding log have opposite signs.
+    NothingIdentified if position and drive of a sliding log have opposite signs, or if the fit
+    fails and the position alone explains the effort.
     """
     free = None
     wider = None

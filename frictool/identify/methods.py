@@ -37,7 +37,7 @@ class IdentificationMethod:
       the method REFERENCE.
     - differentiates: True if the method uses differences of samples without a filter. Such a method
       needs a fine encoder and a log without gaps.
-    - own_test: True if the method needs a special test. The method's module then has a function
+    - special_test: True if the method needs a special test. The method's module then has a function
       `check_records`, which raises UnusableLogs if the records are not from such a test.
     - channel: channel that the method needs in addition to motion and drive, or None
     - comparison: True if the method serves only for comparison with published values. If the force
@@ -55,7 +55,7 @@ class IdentificationMethod:
     known_inertia: bool = False
     whole_curve: bool = False
     differentiates: bool = False
-    own_test: bool = False
+    special_test: bool = False
     channel: str | None = None
     comparison: bool = False
     known_terms: str | None = None
@@ -90,7 +90,7 @@ class IdentificationMethod:
         """
         from frictool.identify.fit_result import UnusableLogs
 
-        if not self.own_test:
+        if not self.special_test:
             return None
         try:
             self._function("check_records")(records, bench)
@@ -210,7 +210,7 @@ _ROWS = (
         "runs at constant speeds, including slow ones; also gives breakaway and Stribeck velocity "
         "if friction falls with speed",
         whole_curve=True,
-        own_test=True,
+        special_test=True,
     ),
     IdentificationMethod(
         "friction-force",
@@ -220,7 +220,7 @@ _ROWS = (
         ("cutoff_hz", "filter_order"),
         velocity=True,
         whole_curve=True,
-        own_test=True,
+        special_test=True,
     ),
     IdentificationMethod(
         "inverse-dynamic",

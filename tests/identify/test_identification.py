@@ -208,7 +208,7 @@ def test_a_fit_that_leaves_much_of_the_effort_says_so() -> None:
     assert force.startswith(f"{worse}force error is ")
     assert position.startswith(f"{worse}rms error of the simulated position is ")
     assert warning.startswith(
-        f"residual of the method's own equations {100 * found.fit.residual:.3g} %, above 20 %: "
+        f"residual of the method's equations {100 * found.fit.residual:.3g} %, above 20 %: "
     )
 
 

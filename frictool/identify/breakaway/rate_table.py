@@ -128,14 +128,14 @@ def breakaway_over_rate(table: RateTable, confidence: float) -> BreakawayOverRat
     pooled = float(np.sum((table.effort - mean[index]) ** 2)) / freedom
     at_rates = []
     for k, rate in enumerate(rates.tolist()):
-        own = table.effort[index == k]
-        single = own.size < FEWEST
-        variance = pooled if single else float(np.var(own, ddof=1))
+        efforts = table.effort[index == k]
+        single = efforts.size < FEWEST
+        variance = pooled if single else float(np.var(efforts, ddof=1))
         quantile = scipy.special.stdtrit(
-            freedom if single else own.size - 1, 0.5 + 0.5 * confidence
+            freedom if single else efforts.size - 1, 0.5 + 0.5 * confidence
         )
-        half = float(quantile) * math.sqrt(variance / own.size)
-        at_rates.append(BreakawayAtRate(rate, Interval.around(float(mean[k]), half), own.size))
+        half = float(quantile) * math.sqrt(variance / efforts.size)
+        at_rates.append(BreakawayAtRate(rate, Interval.around(float(mean[k]), half), efforts.size))
     low = min(one.mean.low for one in at_rates)
     high = max(one.mean.high for one in at_rates)
     return BreakawayOverRate(

@@ -107,7 +107,7 @@ def _unresolved(
         record,
         bench,
         acceleration,
-        samples.own_acceleration,
+        samples.unexplained_acceleration,
         f"below {pipeline.cutoff_hz:g} Hz and decimation",
     )
     if reason is not None:

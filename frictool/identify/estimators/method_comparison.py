@@ -91,7 +91,7 @@ class PredictionScore:
     def leaves(self) -> bool:
         """Return True if the simulated position is far outside the range of the measured positions.
 
-        The rms position error then exceeds this range, and its value has no meaning.
+        This is assumed if the rms position error exceeds this range; its value then has no meaning.
         """
         return not self.position <= self.extent
 

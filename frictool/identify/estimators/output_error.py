@@ -156,7 +156,8 @@ def simulation_error(
 
     The measured effort drives the simulated axis (open loop). With `servo`, the simulated
     controller drives the axis along the logged reference (closed loop). Raises UnusableLogs if the
-    axis does not move in both directions, or if the reference of a closed loop was not logged.
+    logs do not determine Coulomb friction and every load, if no gap-free part is long enough, if
+    the search does not converge, or if the reference of a closed loop was not logged.
     """
     start = power_balance(records, bench_with_terms(bench, terms), settings)
     if "coulomb" in start.refused:
@@ -300,7 +301,7 @@ def _fit(
         "residual_rms": float(np.sqrt(np.mean(fitted.residual**2))),
     }
     if "inertia" in simulated.names:
-        details["inertia_motion_rms"] = _own_motion(simulated, fitted, "inertia")
+        details["inertia_motion_rms"] = _motion_by_parameter(simulated, fitted, "inertia")
     return SlidingFit(
         {name: intervals[name] for name in SLIDING if name in intervals},
         {},
@@ -313,12 +314,12 @@ def _fit(
     )
 
 
-def _own_motion(simulated: SegmentSimulation, fitted: SimulationFit, name: str) -> float:
+def _motion_by_parameter(simulated: SegmentSimulation, fitted: SimulationFit, name: str) -> float:
     """Return the rms motion [rad | m] that only the parameter `name` explains."""
     index = simulated.names.index(name)
     column, others = fitted.jacobian[:, index], np.delete(fitted.jacobian, index, axis=1)
-    own = column - others @ np.linalg.lstsq(others, column, rcond=None)[0]
-    return float(np.sqrt(np.mean(own**2))) * abs(fitted.values[name])
+    alone = column - others @ np.linalg.lstsq(others, column, rcond=None)[0]
+    return float(np.sqrt(np.mean(alone**2))) * abs(fitted.values[name])
 
 
 def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:

@@ -78,8 +78,8 @@ def sines(
 ) -> SlidingFit:
     """Return viscous friction, Coulomb friction, offset and knees, but no inertia.
 
-    A knee is a speed at which the viscous friction changes. Raises UnusableLogs if there are too
-    few strokes, or if all strokes have the same speed or direction.
+    A knee is a speed at which the viscous friction changes. Raises UnusableLogs if a direction has
+    too few strokes, or if all strokes have nearly one speed.
     """
     rows = checked_stroke_rows(records, bench)
     effort = rows.means.effort
@@ -175,7 +175,7 @@ def _coulomb_and_offset(
 def checked_stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
     """Return `stroke_rows`, the means over the middles of all strokes, if they suffice for a fit.
 
-    Raises UnusableLogs if a direction has too few strokes, or if all strokes have the same speed.
+    Raises UnusableLogs if a direction has too few strokes, or if all strokes have nearly one speed.
     """
     rows = stroke_rows(records, bench)
     _check(rows.means)

@@ -89,7 +89,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     # the columns of position and knees explain a part of the acceleration; a longer window is then
     # better
     if structure != FrictionStructure():
-        share = samples.own_acceleration**2 / float(np.mean(samples.acceleration**2))
+        share = samples.unexplained_acceleration**2 / float(np.mean(samples.acceleration**2))
         deviation, window = weak_deviation(strokes, axis, sensing, settings.window, share)
         samples = _chosen(*_windows(records, bench, window), structure)
     details: dict[str, float | int] = {
@@ -113,16 +113,16 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
         return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})
     second = np.convolve(sampled_test_function(window), [1.0, -2.0, 1.0]) / sensing.period**2
     noise = sensing.step / math.sqrt(12.0) * float(np.linalg.norm(second))
-    own = samples.own_acceleration
-    if hidden_by_noise(noise, own, bench):
+    unexplained = samples.unexplained_acceleration
+    if hidden_by_noise(noise, unexplained, bench):
         kept = {name: interval for name, interval in result.parameters.items() if name != "inertia"}
-        shown = f"{100.0 * min(noise / own, 1.0) ** 2:.3g} %"
+        shown = f"{100.0 * min(noise / unexplained, 1.0) ** 2:.3g} %"
         reason = (
             f"noise of the encoder may be {shown} of the mean square of the acceleration that "
             "friction does not explain; record a test with changing speed (excite --kind sines)"
         )
         return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})
-    inertia = _widened(result, (noise / own) ** 2, settings.confidence)
+    inertia = _widened(result, (noise / unexplained) ** 2, settings.confidence)
     return replace(result, parameters={**result.parameters, "inertia": inertia})
 
 

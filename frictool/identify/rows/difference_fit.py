@@ -53,7 +53,7 @@ def differenced_fit(
         records[0],
         bench,
         response,
-        used.own_acceleration,
+        used.unexplained_acceleration,
         f"with a filter of {time_constant:g} s",
     )
 

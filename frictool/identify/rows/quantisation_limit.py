@@ -48,15 +48,15 @@ def unresolved_inertia(
     return None
 
 
-def hidden_by_noise(noise: float, own: float, bench: Bench) -> bool:
+def hidden_by_noise(noise: float, unexplained: float, bench: Bench) -> bool:
     """Return True if noise can change the fitted inertia by its half width in bench.yaml or more.
 
-    `own` is the rms acceleration [rad/s^2 | m/s^2] that the other regressors do not explain. Noise
-    with the rms `noise`, which is a part of `own`, multiplies the fitted inertia by 1 -
-    (noise/own)^2.
+    `unexplained` is the rms acceleration [rad/s^2 | m/s^2] that the other regressors do not
+    explain. Noise with the rms `noise`, which is a part of `unexplained`, multiplies the fitted
+    inertia by 1 - (noise/unexplained)^2.
     """
     prior = bench.mechanics.inertia
-    return prior.value * noise**2 >= _known(prior) * (own**2 - noise**2)
+    return prior.value * noise**2 >= _known(prior) * (unexplained**2 - noise**2)
 
 
 def _known(prior: Quantity) -> float:

@@ -81,7 +81,7 @@ class RegressionSamples:
         return self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)
 
     @cached_property
-    def own_acceleration(self) -> float:
+    def unexplained_acceleration(self) -> float:
         """Return the rms acceleration that other regressors do not explain, rad/s^2 | m/s^2."""
         others = np.array([*self.columns[1:], *self.loads.values()])
         shared = others @ self.acceleration

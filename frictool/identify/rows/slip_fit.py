@@ -104,7 +104,7 @@ def slipping_fit(
     """
     samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
     result = fitting(with_fixed(samples, settings.fixed), used)
-    share = _bearable_share(result, settings.confidence) * _own_share(samples)
+    share = _bearable_share(result, settings.confidence) * _unexplained_share(samples)
     if (
         settings.window is None
         and share > SMALLEST_SHARE
@@ -114,35 +114,35 @@ def slipping_fit(
         samples, used = slipping(records, bench, share, None)
         result = fitting(with_fixed(samples, settings.fixed), used)
     response = acceleration_response(records[0], used)
-    sample_share = _own_share(samples)
-    own = samples.own_acceleration
+    sample_share = _unexplained_share(samples)
+    unexplained = samples.unexplained_acceleration
     checked = refuse_hidden_inertia(
-        result, records[0], bench, response, own, f"over {used} samples"
+        result, records[0], bench, response, unexplained, f"over {used} samples"
     )
     if "inertia" in result.parameters and "inertia" not in checked.parameters:
         noise = measurement_noise(records[0]) * float(np.linalg.norm(response))
         loaded = sample_share < 1.0
-        if loaded or hidden_by_noise(noise, own, bench):
+        if loaded or hidden_by_noise(noise, unexplained, bench):
             fixed = {**settings.fixed, "inertia": known_inertia(bench)}
             known = fitting(with_fixed(samples, fixed), used)
             reason = checked.refused["inertia"] + (f"; {WITH_BENCH_INERTIA}" if loaded else "")
             checked = replace(known, refused={**known.refused, "inertia": reason})
         else:
-            fixed = {**settings.fixed, "inertia": _unattenuated(result, own, noise, bench)}
+            fixed = {**settings.fixed, "inertia": _unattenuated(result, unexplained, noise, bench)}
             checked = _widened_to(checked, fitting(with_fixed(samples, fixed), used))
     return with_temperature_law(with_laws(checked, bench), records)
 
 
-def _unattenuated(result: SlidingFit, own: float, noise: float, bench: Bench) -> Interval:
+def _unattenuated(result: SlidingFit, unexplained: float, noise: float, bench: Bench) -> Interval:
     """Return the fitted inertia, with an interval that includes the inertia of a fit without noise.
 
-    Noise of the acceleration with the rms `noise` multiplies the inertia by 1 - noise^2/own^2,
-    where `own` is the rms of the acceleration that the other regressors do not explain. The upper
-    end of the result is at most the upper end in bench.yaml or, if larger, the upper end of the
-    fitted interval.
+    Noise of the acceleration with the rms `noise` multiplies the inertia by 1 -
+    (noise/unexplained)^2, where `unexplained` is the rms of the acceleration that the other
+    regressors do not explain. The upper end of the result is at most the upper end in bench.yaml
+    or, if larger, the upper end of the fitted interval.
     """
     fitted = result.parameters["inertia"]
-    left = max(1.0 - noise**2 / own**2, 0.0)
+    left = max(1.0 - noise**2 / unexplained**2, 0.0)
     most = max(known_inertia(bench).high, fitted.high)
     full = min(fitted.value / left, most) if left > 0.0 else most
     return Interval(fitted.value, fitted.low, max(fitted.high, full))
@@ -157,7 +157,7 @@ def _widened_to(fit: SlidingFit, other: SlidingFit) -> SlidingFit:
     return replace(fit, parameters={**fit.parameters, **wider})
 
 
-def _own_share(samples: RegressionSamples) -> float:
+def _unexplained_share(samples: RegressionSamples) -> float:
     """Return the fraction of the rms acceleration that the other regressors do not explain.
 
     The fraction is 1 if no declared load depends on the position. A load that depends on the
@@ -166,7 +166,7 @@ def _own_share(samples: RegressionSamples) -> float:
     """
     if not any(name in samples.loads for term in (SPRING, *HARMONICS) for name in TERMS[term]):
         return 1.0
-    return samples.own_acceleration / float(np.sqrt(np.mean(samples.acceleration**2)))
+    return samples.unexplained_acceleration / float(np.sqrt(np.mean(samples.acceleration**2)))
 
 
 def known_inertia(bench: Bench) -> Interval:

@@ -143,7 +143,7 @@ def judged_force(
         return Judgement(None, error, limit, line, "look at --page, and check the model's load")
     if error > limit:
         line = f"undecided: {shown}; only the model's wide intervals explain the error"
-        return Judgement(None, error, limit, line, "add this log to identify")
+        return Judgement(None, error, limit, line, "identify again with this log added")
     if error > DOUBTFUL_FORCE_ERROR and limit >= EXPLAINS_NOTHING:
         line = f"undecided: {shown}; encoder noise hides errors"
         return Judgement(None, error, limit, line, "validate on faster motion")

@@ -52,7 +52,7 @@ def design_observer(
     Raises
     ------
     FrictoolError
-        if `kind` is unknown
+        if `kind` is unknown, or if a setting is impossible with this model
     NoSolutionError
         if there is no observer for these settings, or if it fails the verification
     """
