@@ -52,7 +52,8 @@ class SlipCurve(NamedTuple):
 
         The friction rises with the Coulomb friction, the breakaway and every slope. The low ends of
         these parameters therefore give the least friction, the high ends the largest. The Stribeck
-        velocity and the knees are tried at both ends, because they can act in both directions.
+        velocity and the knees are tried at both ends, because a larger value can raise or lower
+        the friction.
         """
         velocity = self.stribeck_velocity
         velocities = (None,) if velocity is None else velocity.interval

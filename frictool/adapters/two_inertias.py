@@ -1,4 +1,4 @@
-"""Plants of two inertias that agree with the oscillation which an axis shows after its stops.
+"""Plants of two inertias that agree with the oscillation which an axis shows after it stops.
 
     J_m x_m'' = u - c (x_m' - x_l') - k (x_m - x_l) - friction of the motor
     J_l x_l'' =     c (x_m' - x_l') + k (x_m - x_l) - friction of the load
@@ -41,9 +41,9 @@ OTHER: dict[Body, Body] = {"motor": "load", "load": "motor"}
 
 @dataclass(frozen=True)
 class TwoInertias:
-    """Plant of two inertias that reproduces the oscillation of an axis after its stops.
+    """Plant of two inertias that reproduces the oscillation of an axis after it stops.
 
-    - oscillation: oscillation of the axis after its stops
+    - oscillation: oscillation of the axis after it stops
     - ratio: inertia of the load divided by the inertia of the motor
     - encoder: body with the encoder
     - rests: True if the other body rests during the oscillation, False if both oscillate
@@ -141,7 +141,7 @@ class TwoInertias:
 
 
 def two_inertias(oscillation: Oscillation) -> Iterator[TwoInertias]:
-    """Yield the plants of two inertias that reproduce an oscillation of an axis after its stops."""
+    """Yield the plants of two inertias that reproduce an oscillation of an axis after it stops."""
     yield TwoInertias(oscillation, 1.0, "load", False)
     for ratio in RATIOS:
         yield TwoInertias(oscillation, ratio, "load", True)

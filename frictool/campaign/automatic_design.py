@@ -8,7 +8,7 @@ specification, but the best candidate violates it only slightly, the family of t
 searched again for a longer response time. Further searches shorten this time to the specified
 response time. Each further search starts from the design of the previous search.
 
-If the axis rings after its stops and the design may therefore fail (campaign/doubts.py), the family
+If the axis rings after it stops and the design may therefore fail (campaign/doubts.py), the family
 is searched again for slower loops.
 """
 
@@ -196,7 +196,7 @@ class _Search:
     def tolerant(
         self, found: AutomaticDesign, families: Sequence[CandidateFamily]
     ) -> AutomaticDesign:
-        """Search slower loops if the found loop may fail because the axis rings after its stops.
+        """Search slower loops if the found loop may fail because the axis rings after it stops.
 
         The searches end with a loop that tolerates the ringing, or if no slower loop of the family
         meets the specification. Return the slowest loop that meets the specification.

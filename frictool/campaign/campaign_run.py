@@ -69,8 +69,9 @@ class CampaignRequest:
     Attributes
     ----------
     trials : int or None
-        Number of draws. The default is 1000; for method `vertices`, it is all vertices, or 4096
-    random ones if there are more. method : {"random", "latin", "vertices"}
+        Number of draws. The default is 1000. For method `vertices`, it is the number of all
+        vertices, at most 4096; if there are more vertices, 4096 random vertices are simulated.
+    method : {"random", "latin", "vertices"}
         Method that chooses the draws.
     seed : int or None
         Seed of draws and noise; by default the scenario's seed.

@@ -1,6 +1,6 @@
 """Reasons why a controller that passes its test on a model may fail on the axis.
 
-- The axis rings after its stops, but the model is rigid. This is no reason if two conditions hold
+- The axis rings after it stops, but the model is rigid. This is no reason if two conditions hold
   on plants of two inertias that ring like the axis (verify/ringing_loop.py): the loops have the
   specified margin, and the controller meets the specification in the steps of the test (nominal
   parameters only).
@@ -152,5 +152,5 @@ def _of_side(model: Model, controller: Controller, test: DesignTest | None) -> t
     if test is not None:
         path = test.judge.reference_range(controller)
         if left := side.left_words(model.axis, *path, "steps"):
-            return f"{left}; pass steps on this side (--scenario), or log the other side", ""
+            return f"{left}; limit the steps to this side (--scenario), or log the other side", ""
     return "", f"valid {side.place(model.axis)} only; elsewhere, the logs show another load"

@@ -212,10 +212,11 @@ def _confirmed(
 
 
 def narrowed(model: Model, name: str, bounds: tuple[float, float]) -> Model:
-    """Return the model with two ranges of a parameter, over the product's life and today, cut.
+    """Return the model with a parameter's range and interval cut to `bounds`.
 
-    Both ranges are cut to `bounds`. If the parameter `name` is the Coulomb friction, and the ratio
-    of breakaway to Coulomb friction is fixed, the breakaway keeps this ratio.
+    The range in the bench describes the product's life, the interval in the model the axis today.
+    If the parameter `name` is the Coulomb friction, and the ratio of breakaway to Coulomb friction
+    is fixed, the breakaway keeps this ratio.
 
     """
     bench, today = model.bench, model.parameters

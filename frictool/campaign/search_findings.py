@@ -129,7 +129,7 @@ class CandidateExamination:
     def _runs(
         self, design: Design, condition: Callable[[JudgedRuns], bool], until: bool = False
     ) -> Iterator[JudgedRuns]:
-        """Yield the results of a design in each test, up to the first that meets `condition`.
+        """Yield a design's results, test by test, up to the first results that meet `condition`.
 
         - condition: function of the results of a test, True to end the sequence
         - until: True to stop a test as soon as its results so far meet `condition`

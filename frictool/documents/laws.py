@@ -239,7 +239,7 @@ class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     """Position-dependent load; a positive load opposes a positive effort, as `offset` does.
 
     - `stiffness`: Stiffness of a spring that is relaxed at position 0; a preload is part of the
-      offset. The design of a controller then needs the travel in bench.yaml.
+      offset. For a model with a spring, the design of a controller needs the travel in bench.yaml.
     - `gravity`: Gravity of an unbalanced arm.
     - `ripple`: Effort ripple.
     - `harmonics`: Ripple components with other periods than `ripple`, such as harmonics.

@@ -248,7 +248,8 @@ class Rack(
     """Rack and pinion: v_rack = radius omega_pinion.
 
     - `radius`: Radius of the pinion; the radius can include a reducer in front of the pinion.
-    - `reversed`: True if the rack moves against the positive direction.
+    - `reversed`: True if the rack moves in its negative direction while the pinion turns in its
+      positive direction.
     """
 
     # (2.19), the r of (2.20)

@@ -43,7 +43,7 @@ def missing_ringing(model: Model) -> str | None:
     value, *ends = (f"{rate / (2.0 * math.pi):.3g}" for rate in rates)
     return (
         f"after stops, the position rings at {value} Hz ({' to '.join(ends)} Hz); margins and "
-        "simulations ignore this oscillation; test controllers on a mechanism that has it"
+        "simulations ignore this oscillation; test controllers on a mechanism with this resonance"
     )
 
 

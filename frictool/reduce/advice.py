@@ -66,8 +66,8 @@ def needed_tolerance(reports: Iterable[StepReport], play: float) -> float:
     for one in reports:
         errors += [one.predicted] if one.covered is None else []
         errors += (
-            [(one.measured.distance - play) / one.measured.way]
-            if one.measured is not None and one.measured.way > 0.0
+            [(one.measured.distance - play) / one.measured.travelled]
+            if one.measured is not None and one.measured.travelled > 0.0
             else []
         )
     return math.ceil(100.0 * max(errors) * (1.0 + 1e-9)) / 100.0

@@ -24,9 +24,10 @@ class BacklashChain:
     """Backlash of a mechanism in the coordinate of its source.
 
     chain: links with backlash on one path from the source, the path with the largest backlash.
-    width: sum of the widths of the backlash of these links [rad | m]. before_sensor: width of the
-    backlash between source and sensor [rad | m]. hiding: names of the links with backlash between
-    source and sensor. behind: names of the blocks that the source moves through a backlash.
+    width: sum of the widths of the backlash of these links [rad | m].
+    before_sensor: width of the backlash between source and sensor [rad | m].
+    hiding: names of the links with backlash between source and sensor.
+    behind: names of the blocks that the source moves through a backlash.
     """
 
     chain: tuple[Connection, ...]

@@ -69,7 +69,7 @@ def _step(report: StepReport, blocks: int) -> dict[str, Any]:
         if measured is None
         else {
             "distance": measured.distance,
-            "way": measured.way,
+            "way": measured.travelled,
             "share": measured.share,
             "run": measured.where,
             "to_whole": measured.whole,

@@ -194,6 +194,6 @@ def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
     if link.back_loss > 1.0:
         return f"{name} is self-locking: {why}; the model keeps its friction, which holds any load"
     return (
-        f"{name} is back-drivable: {why}; loads drive the link back, "
-        "and the model keeps the link's friction, since without friction the axis would oscillate"
+        f"{name} is back-drivable: {why}; loads can drive the link, "
+        "but the model keeps its friction, without which the axis would oscillate"
     )

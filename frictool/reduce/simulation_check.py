@@ -59,9 +59,9 @@ class SimulationCheck:
             return f"not reduced: {self.refused}"
         return (
             f"reduced: in {self.runs} runs the one inertia and the whole mechanism differ by at "
-            f"most {last.whole:.3g} {self.unit} over a distance of {last.way:.3g} {self.unit}; "
-            f"allowed: {100.0 * self.tolerance:g} % of the distance plus "
-            f"the backlash of {self.play:.3g} {self.unit}"
+            f"most {last.whole:.3g} {self.unit} over a distance of {last.travelled:.3g} "
+            f"{self.unit}; allowed: {100.0 * self.tolerance:g} % of the distance plus the "
+            f"backlash of {self.play:.3g} {self.unit}"
         )
 
 
@@ -225,11 +225,11 @@ def _refused(
         measured = one.measured
         if measured is None or (chain.kept and one is reports[-1]):
             continue
-        if measured.distance > tolerance * measured.way + play:
+        if measured.distance > tolerance * measured.travelled + play:
             return (
                 f"{one.step}: in the run {measured.where}, the step changes the position by "
                 f"{measured.distance:.3g} {unit} over a distance of "
-                f"{measured.way:.3g} {unit}; "
+                f"{measured.travelled:.3g} {unit}; "
                 f"allowed: {100 * tolerance:g} % of the distance plus "
                 f"the backlash of {play:.3g} {unit}{_inertia_bounds(one, chain)}; "
                 f"try {other_tolerance(judged, play)}"

@@ -18,20 +18,20 @@ class MeasuredError(NamedTuple):
     """Difference between the positions of two mechanisms in the test runs.
 
     distance: largest difference of the positions at the sensor in the worst run [rad | m].
-    way: distance that the axis travels in this run [rad | m].
-    where: name of the worst run, the run with the largest quotient of `distance` and `way`.
+    travelled: distance that the axis travels in this run [rad | m].
+    where: name of the worst run, the run with the largest quotient of `distance` and `travelled`.
     whole: largest difference from the whole mechanism in any run [rad | m].
     """
 
     distance: float
-    way: float
+    travelled: float
     where: str
     whole: float
 
     @property
     def share(self) -> float:
-        """Return `distance` divided by `way`."""
-        return self.distance / self.way if self.way > 0.0 else 0.0
+        """Return `distance` divided by `travelled`."""
+        return self.distance / self.travelled if self.travelled > 0.0 else 0.0
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ def _doubt(
     There are two reasons:
 
     - Positions leave the side on which the model is valid.
-    - The axis rings after its stops. If the specification has a modulus margin, the result is "",
+    - The axis rings after it stops. If the specification has a modulus margin, the result is "",
       since the requirement `modulus_margin` then states this reason.
     """
     for log in request.logs:

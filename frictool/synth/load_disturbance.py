@@ -32,8 +32,8 @@ class LoadDisturbance:
     """Largest load terms, and the efforts that can hold the load [N m | N].
 
     - offset, gravity, ripple: largest absolute value of each load term
-    - spring: largest absolute value of the sum of spring and offset on the travel; the field
-      `offset` is then 0
+    - spring: largest absolute value of the sum of spring and offset on the travel; 0 without a
+      spring. With a spring, the field `offset` is 0
     - available: effort of the actuator at its limit
     - breakaway: lower end of the interval of the breakaway friction
     - together: largest absolute value of offset and loads together on the travel; None if the model

@@ -1,4 +1,4 @@
-"""Check of loops with an axis that rings after its stops, on plants of two inertias.
+"""Check of loops with an axis that rings after it stops, on plants of two inertias.
 
 The rigid model does not determine the ratio of the two inertias, nor the body with the encoder. The
 loops are checked with each plant of `adapters/two_inertias.py`.
@@ -59,7 +59,7 @@ class RingingCheck:
 
 
 def doubt_words(plant: TwoInertias, failure: str, slower: float | None = None) -> str:
-    """Return the reason why a controller may fail on an axis that rings after its stops.
+    """Return the reason why a controller may fail on an axis that rings after it stops.
 
     failure: what fails on `plant`. slower: factor of `RingingCheck`, or None if it is unknown.
     """
@@ -84,7 +84,7 @@ def ringing_check(
     """Return the smallest margin of a controller's loops on plants of two inertias.
 
     points: total inertia and other parameters of the plants. oscillation: oscillation of the axis
-    after its stops. The delays are those of the check without the oscillation; a margin is required
+    after it stops. The delays are those of the check without the oscillation; a margin is required
     at the bench's delay only.
 
     A slower loop with this oscillation has, apart from the delay, the margins of the present loop

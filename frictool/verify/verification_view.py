@@ -96,7 +96,7 @@ def lines(verification: Verification) -> list[str]:
 
 
 def ringing_line(rings: RingingCheck) -> str:
-    """Return a line on the margin of an axis that rings after its stops."""
+    """Return a line on the margin of an axis that rings after it stops."""
     if rings.doubt:
         return f"undecided: {rings.doubt}"
     return (

@@ -1,4 +1,4 @@
-"""Verdicts on an axis that rings after its stops, is late, or has a model of one side only."""
+"""Verdicts on an axis that rings after it stops, is late, or has a model of one side only."""
 
 from __future__ import annotations
 

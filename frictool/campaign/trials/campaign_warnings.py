@@ -67,7 +67,7 @@ def doubt_of(trial: TrialPlayer) -> str:
 
     - The steps leave the side on which the model is valid.
     - The logs show a lag that the bench does not state and the loop does not tolerate.
-    - The axis rings after its stops. If the specification has a modulus margin, the result is "",
+    - The axis rings after it stops. If the specification has a modulus margin, the result is "",
       since the requirement `modulus_margin` then states this reason.
     """
     setting = trial.setting

@@ -61,7 +61,7 @@ class _WindowOscillation(NamedTuple):
 
 
 def ringing(records: Sequence[MotionRecord], model: Model) -> Oscillation | None:
-    """Return the oscillation of the axis after its stops, or None if the records show none.
+    """Return the oscillation of the axis after it stops, or None if the records show none.
 
     The interval of the frequency is a prediction interval: it contains the frequency after one
     further stop, with the confidence of the model. Records with a measured velocity are not

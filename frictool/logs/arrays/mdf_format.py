@@ -1,7 +1,7 @@
 r"""Reader of ASAM MDF files (versions 2 to 4), with asammdf (extra `mdf`).
 
 Each channel group is a table; its master channel gives the times of the rows. The name of a column
-is the name of the channel in the file, such as `nAct\ETKC:1`; If several groups have a channel of
+is the name of the channel in the file, such as `nAct\ETKC:1`. If several groups have a channel of
 this name, `GROUP/NAME` selects one. Values are physical values. If the conversion of a channel
 gives texts, the raw numbers of this channel are used instead. A sample that is marked as invalid
 raises LogError; with `--salvage`, the sample becomes an empty cell.

@@ -50,8 +50,8 @@ class ClockDrift:
     offset: second clock minus first clock in s, at the middle of the evaluated time.
     drift: change of this difference per second [s/s]; None if there are too few windows.
     windows: number of windows or messages used.
-    spread: for windows, the largest distance in s of a lag from the line; for messages, the mean
-        delay minus the shortest delay, in s.
+    spread: for windows, the largest distance in s of a lag from the fitted line; for messages, the
+        mean delay minus the shortest delay, in s.
     """
 
     offset: float

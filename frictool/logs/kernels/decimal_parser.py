@@ -139,8 +139,8 @@ def _exponent(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
 def scan_number(text: NDArray[np.uint8], at: int, mark: int) -> tuple[float, int, int]:
     """Return (value, end, status) of the number that begins at `text[at]`.
 
-    text: bytes (n,); the last byte is an end marker, such as a line feed, outside the number. mark:
-    byte before the decimals.
+    text: bytes (n,); the last byte is an end marker, such as a line feed, outside the number.
+    mark: byte before the decimals.
 
     The end is the index after the number; the status is NUMBER, UNDECIDED or NO_NUMBER.
     """
