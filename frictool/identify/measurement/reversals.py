@@ -38,7 +38,7 @@ import scipy
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
-from frictool.documents.quantity import si_unit
+from frictool.documents.quantity import Axis, si_unit
 from frictool.identify.assess.recorded_motion import recorded_facts
 from frictool.identify.assess.weak_form_precision import weak_deviation
 from frictool.identify.estimators.piecewise_friction import EVIDENCE
@@ -71,6 +71,7 @@ SLOPE = 4  # index of the delay's column
 OUTSIDE, INSIDE = 2, 4  # indices of the columns of the friction outside and inside the backlash
 SEEN = 2.0  # distance beyond the backlash, in counts, at which rows are used
 LONGEST = 200_000  # largest number of samples of a record that are used
+REDUCED = 0.75  # friction inside a backlash that would not show, relative to the friction outside
 LARGEST_DELAY = 0.25  # largest delay relative to the window, for which the linear term is valid
 # least singular value of the regressors of other causes that is not 0, relative to the largest
 INDEPENDENT = 1e-4
@@ -233,6 +234,24 @@ class ReversalRegression:
         best = int(np.argmin([self.squares(float(width), rise) for width in grid]))
         low, high = grid[max(best - 1, 0)], grid[min(best + 1, GRID_POINTS - 1)]
         return bounded_minimum(lambda width: self.squares(width, rise), float(low), float(high))
+
+    def largest_hidden(self, widest: float) -> float:
+        """Return the largest backlash [rad | m], at most `widest`, that would not show.
+
+        Inside the backlash, friction is assumed to fall to the fraction REDUCED. The backlash would
+        not show if it does not clearly worsen the fit without backlash.
+        """
+        count = np.unique(self.stroke).size
+        plain = self.plain[:, :SLOPE]
+        none = float(np.sum((self.effort - plain @ self.fitted(plain)) ** 2))
+        least = NARROWEST * min(one.count for one in self.rows)
+        for width in np.geomspace(widest, min(least, 0.5 * widest), GRID_POINTS):
+            columns = self.split(float(width))
+            columns[:, OUTSIDE] += REDUCED * columns[:, INSIDE]
+            residual = self.effort - columns[:, :INSIDE] @ self.fitted(columns[:, :INSIDE])
+            if count * np.log(np.sum(residual**2) / none) <= EVIDENCE:
+                return float(width)
+        return 0.0
 
     def solved(self, columns: Matrix) -> LeastSquaresSolution:
         """Return the solution with standard deviations by a jackknife over strokes.
@@ -400,7 +419,7 @@ def _backlash(
     rows show no backlash.
     """
     regression = _regression(records, other, window)
-    width = _width(regression, widest)
+    width = _width(regression, widest, other.bench.axis)
     half = float(regression.with_width(width).half_width(confidence)[-1])
     if not np.isfinite(half):
         raise UnusableLogs("too few reversals for an interval of the backlash; record more strokes")
@@ -451,7 +470,7 @@ def _rows(
     )
 
 
-def _width(regression: ReversalRegression, widest: float) -> float:
+def _width(regression: ReversalRegression, widest: float, axis: Axis) -> float:
     """Return the width [rad | m], at most `widest`, at which the friction rises after a reversal.
 
     Raises UnusableLogs if the rows show no such rise.
@@ -463,9 +482,13 @@ def _width(regression: ReversalRegression, widest: float) -> float:
     none = regression.effort - plain @ regression.fitted(plain)
     gain = count * np.log(np.sum(none**2) / np.sum(residual**2)) - 2.0 * np.log(count)
     if not (gain > EVIDENCE and value[OUTSIDE] > value[INSIDE]):
+        hidden = regression.largest_hidden(widest)
+        unit = si_unit("position", axis)
         raise UnusableLogs(
-            "friction does not rise with the distance after a reversal: there is no sign "
-            "of backlash"
+            f"friction does not rise after reversals; a backlash of up to {hidden:.3g} {unit}, in "
+            "which friction falls by a quarter, would not show; record slow reversals"
+            if hidden
+            else "friction does not rise after reversals: no sign of backlash"
         )
     return width
 
