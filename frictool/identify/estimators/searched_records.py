@@ -1,4 +1,4 @@
-"""Records of one axis in which explanations of the effort are searched, with regression rows.
+"""Records of one axis, with regression rows, for the search for explanations of the effort.
 
 The rows have the columns of all hypotheses that the records can test, and of ripples whose wave
 numbers follow from the residual over the position.

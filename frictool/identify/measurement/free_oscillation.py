@@ -46,7 +46,7 @@ DELAYS = 9  # number of tested delays of the effort
 
 
 class Rigidity(NamedTuple):
-    """Properties of the axis that predict the oscillations of a rigid axis.
+    """Properties of an axis from which its oscillations are predicted if the axis is rigid.
 
     - inertia: smallest inertia, kg m^2 | kg
     - late: longest delay between effort and position, in either direction, s
