@@ -129,7 +129,7 @@ def _of_late_position(
 ) -> tuple[str, str]:
     late = model.late_position
     assert late is not None
-    if reason := intolerable_lag(model, controller):
+    if reason := intolerable_lag(late, controller):
         return reason, ""
     lag, longest = unstated_lag(late), late.interval[1]
     if test is None:

@@ -13,6 +13,8 @@ from frictool.documents.resonances import Oscillation
 from frictool.errors import NoSolutionError
 
 KEY = "missing_effects"  # key of the texts, one a line, in the record `log` of a simulated log
+# key of the reason why the axis may fail although the simulation passes, in the record `log`
+UNDECIDED = "undecided"
 DIGITS = 3  # significant digits of the entry that the text suggests
 
 
@@ -84,13 +86,13 @@ def unstated_lag(late: Estimate) -> str:
     return f"{1e3 * late.interval[1]:.3g} ms more lag than the bench states"
 
 
-def intolerable_lag(model: Model, controller: Controller) -> str:
+def intolerable_lag(late: Estimate | None, controller: Controller) -> str:
     """Return why a loop may be unstable with the lag `late_position`; "" if there is no reason.
 
-    There is a reason if the lag is longer than the delay that the loop tolerates. The result is
-    also "" if controller.yaml does not state this delay.
+    late: lag [s]; None without a lag. There is a reason if the lag is longer than the delay that
+    the loop tolerates. The result is also "" if controller.yaml does not state this delay.
     """
-    late, margins = model.late_position, controller.verified.margins
+    margins = controller.verified.margins
     allowed = None if margins is None else margins.delay_s
     if late is None or allowed is None or late.interval[1] <= allowed:
         return ""

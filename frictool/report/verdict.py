@@ -20,6 +20,7 @@ from frictool.documents.digests import changed_words
 from frictool.documents.example_values import examples_words
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.missing_effects import KEY as MISSING
+from frictool.documents.missing_effects import UNDECIDED
 from frictool.documents.presliding import KEY as PRESLIDING
 from frictool.documents.presliding import presliding_words
 from frictool.documents.spec import Spec
@@ -127,15 +128,20 @@ def _doubt(
 ) -> str:
     """Return why a simulation that meets the specification may differ from the axis, or "".
 
-    There are two reasons:
+    There are three reasons:
 
     - Positions leave the side on which the model is valid.
-    - The axis rings after it stops. If the specification has a modulus margin, the result is "",
-      since the requirement `modulus_margin` then states this reason.
+    - The logs of the model show a lag that the bench lacks, and that the loop does not tolerate.
+    - The axis rings after it stops. With a controller and a modulus margin in the specification,
+      the result is "", since the requirement `modulus_margin` then states this reason.
     """
     for log in request.logs:
         if left := _left_side(request.spec, log):
             return left
+    if loop is None or not loop.doubt:
+        for log in request.logs:
+            if reason := log.metadata.get("log", {}).get(UNDECIDED):
+                return reason
     if loop is None or request.spec.modulus_margin is not None:
         return ""
     return loop.doubt if any(item.simulated for item in streams) else ""

@@ -30,6 +30,7 @@ from frictool.control.program import Program
 from frictool.documents import bench_values
 from frictool.documents.controller import Controller, ProgramNumber
 from frictool.documents.missing_effects import KEY as MISSING
+from frictool.documents.missing_effects import UNDECIDED, intolerable_lag
 from frictool.documents.model import Model
 from frictool.documents.presliding import KEY as PRESLIDING
 from frictool.documents.presliding import presliding_words
@@ -223,6 +224,8 @@ class StepTest(Generic[V]):
             about[MISSING] = "\n".join(rig.missing)
         if rig.valid_side is not None:
             about[SIDE] = msgspec.json.encode(rig.valid_side).decode()
+        if doubt := self._doubt():
+            about[UNDECIDED] = doubt
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
         kept = {"bench": self.plant.rig.examples, "scenario": scenario.examples}
         examples = {name: ", ".join(keys) for name, keys in kept.items() if keys}
@@ -235,6 +238,16 @@ class StepTest(Generic[V]):
         warnings += self._outside(scenario)
         log = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
         return log if provenance is None else with_provenance(log, provenance)
+
+    def _doubt(self) -> str:
+        """Return why the axis may fail although the simulation passes; "" if there is no reason."""
+        if reason := intolerable_lag(self.plant.rig.late_position, self.controller):
+            return reason
+        if self.controller.ringing is None:
+            return ""
+        from frictool.verify.ringing_loop import ringing_doubt  # few controllers need it
+
+        return ringing_doubt(self.controller)
 
     def runs(self, scenario: Scenario, recorded: Log | None = None) -> Iterator[SimulatedRun[V]]:
         """Simulate a scenario; yield the signals of each variant."""

@@ -10,7 +10,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.laws import FrictionOverTemperature
 from frictool.documents.missing_effects import missing_effects, refuse_sensor_lag
 from frictool.documents.model import Model
-from frictool.documents.quantity import Axis, Span
+from frictool.documents.quantity import Axis, Span, TimeEstimate
 from frictool.documents.valid_side import ValidSide
 from frictool.verify.rig_facts import facts_of
 
@@ -28,6 +28,7 @@ class Rig:
     - presliding: name of the model's presliding law, or empty
     - missing: warnings about effects that the model lacks
     - valid_side: side of a position on which the model is valid; None if it is valid everywhere
+    - late_position: lag of the position [s] that the logs show and the bench lacks, or None
     - temperature: dependence of the friction on the temperature; None if the model states none
     """
 
@@ -43,6 +44,7 @@ class Rig:
     presliding: str = ""
     missing: tuple[str, ...] = ()
     valid_side: ValidSide | None = None
+    late_position: TimeEstimate | None = None
     temperature: FrictionOverTemperature | None = None
 
     @property
@@ -86,5 +88,6 @@ def rig_of(bench: Bench, model: Model | None = None) -> Rig:
         presliding="" if model is None or model.presliding is None else model.presliding.law,
         missing=() if model is None else tuple(missing_effects(model)),
         valid_side=None if model is None else model.valid_side,
+        late_position=None if model is None else model.late_position,
         temperature=None if laws is None else laws.temperature,
     )

@@ -77,7 +77,7 @@ def doubt_of(trial: TrialPlayer) -> str:
         if left := side.left_words(setting.spec.axis, *path, "steps"):
             return left
     if isinstance(setting.plant, Model) and (
-        reason := intolerable_lag(setting.plant, setting.controller)
+        reason := intolerable_lag(setting.plant.late_position, setting.controller)
     ):
         return reason
     return trial.margin_doubt if setting.spec.modulus_margin is None else ""

@@ -409,7 +409,7 @@ def _inside_backlash(onsets: Sequence[BreakawayOnset]) -> list[BreakawayOnset]:
     later = [after.level - one.level for one, after in pairs if not one.after_reversal]
     if len(later) < FEWEST_ONSETS:
         return []
-    quantile = float(scipy.stats.t.isf(BY_CHANCE, len(later)))
+    quantile = -float(scipy.special.stdtrit(len(later), BY_CHANCE))
     least = max(quantile * float(np.sqrt(np.mean(np.square(later)))), float(np.max(np.abs(later))))
     return [one for one, after in pairs if one.after_reversal and after.level - one.level > least]
 
