@@ -53,8 +53,8 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
     limit, tail = document.limit.value, None
     if document.law in BANKS and document.maxwell_slip is not None:
         limit, tail = _bank(document.maxwell_slip, model.parameters.breakaway.value, limit)
-    own_speed = axis.breakaway / math.sqrt(stiffness * axis.inertia)
-    stribeck_velocity = axis.laws.stribeck_velocity or own_speed
+    contact_speed = axis.breakaway / math.sqrt(stiffness * axis.inertia)
+    stribeck_velocity = axis.laws.stribeck_velocity or contact_speed
     values = {
         "coulomb": axis.coulomb,
         "breakaway": axis.breakaway,
@@ -73,7 +73,7 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
     dynamic = AxisDynamicLaw(
         law,
         p,
-        min(stribeck_velocity, own_speed),
+        min(stribeck_velocity, contact_speed),
         min(limit, axis.breakaway / stiffness),
         extension_of(law, axis.laws, axis.viscous),
     )

@@ -238,8 +238,8 @@ def conduct(
     each = time.perf_counter() - begun
     metrics = metrics_of(nominal)
     left = draws.units.shape[0] - len(store.trials)
-    with progress("campaign") as tell:
-        trials = run_trials(trial, metrics, draws.units, store, shared(left * each), tell, each)
+    with progress("campaign") as tick:
+        trials = run_trials(trial, metrics, draws.units, store, shared(left * each), tick, each)
     if not evaluations:
         return trials, []
     shared_search = shared(len(metrics) * evaluations * each)

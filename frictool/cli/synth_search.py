@@ -30,7 +30,7 @@ class SearchOutputs:
 
 
 @dataclass(frozen=True)
-class FoundDesign:
+class SearchedDesign:
     """Design that a search has found; `path` is the file of the design."""
 
     found: AutomaticDesign
@@ -79,7 +79,7 @@ def unplayable(model: Model, spec: Spec) -> FrictoolError:
 
 def search_design(
     test: DesignTest, outputs: SearchOutputs, inputs: list[Path], wishes: Design | None
-) -> FoundDesign:
+) -> SearchedDesign:
     """Search for a design that meets the requirements; write the design and a figure of the search.
 
     `wishes`: design with method `auto`, if the user provides one. Raises NoSolutionError if no
@@ -119,4 +119,4 @@ def search_design(
         save_text(outputs.design, design_text(found.design, head), inputs)
     else:
         note("the design is not written; --save-design DESIGN.yaml writes it")
-    return FoundDesign(found, outputs.design)
+    return SearchedDesign(found, outputs.design)

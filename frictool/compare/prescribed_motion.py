@@ -83,7 +83,7 @@ def _hybrid(
 def law_as_printed(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
     """Return a static law as printed in the thesis: it maps (v, u) to (friction, mass velocity).
 
-    v is the velocity, u the effort. The mass velocity is v. It is 0 at low speeds for a law that
+    v is the velocity, u the effort. The mass velocity is v, but 0 at low speeds for a law that
     treats low speeds as rest.
     """
     kernels = law.kernels

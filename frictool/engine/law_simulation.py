@@ -23,7 +23,7 @@ from frictool.engine.dynamic_law_motion import law_kernels, run_dynamic, virgin_
 from frictool.engine.fixed_step_laws import run_band, run_hybrid
 from frictool.engine.rosenbrock import CONTACT
 from frictool.engine.status_codes import OK
-from frictool.engine.stick_slip_run import ROOM_FOR_EVENTS, Trajectory, segment_arrays, simulate
+from frictool.engine.stick_slip_run import MOST_EVENTS, Trajectory, segment_arrays, simulate
 from frictool.friction import kernel_signatures as s
 from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
 from frictool.friction.law_extension import FrictionExtension, pack_plain_law
@@ -90,7 +90,7 @@ class LawRunSettings:
     speed_scale: float = 1e-3
     length_scale: float = 1e-5
     extension: FrictionExtension | None = None
-    most_events: int = ROOM_FOR_EVENTS
+    most_events: int = MOST_EVENTS
 
 
 def run_law(

@@ -20,7 +20,7 @@ from frictool.typing import Vector
 
 Segments = Sequence[tuple[float, EffortFunction]]
 
-ROOM_FOR_EVENTS = 10_000
+MOST_EVENTS = 10_000
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def simulate(
     *,
     state: Vector | None = None,
     start: float = 0.0,
-    most_events: int = ROOM_FOR_EVENTS,
+    most_events: int = MOST_EVENTS,
 ) -> Trajectory:
     """Simulate a body from `start` [s] under a sequence of efforts, sampled at `times` (n,).
 

@@ -59,9 +59,9 @@ INSIDE, FASTER = (
 class QuietGains:
     """Switched-observer gains with matrices P_i that prove bounds of the weighted error.
 
-    gains: the gains L_i, the matrices P_i, and the bound gamma of |z|/|Delta|, with the weighted
-    error z and the model error Delta. noise_gain: the smallest bound nu of |z|/|w| that P_i prove,
-    with the noise w.
+    - gains: the gains L_i, the matrices P_i, and the bound gamma of |z|/|Delta|, with the weighted
+      error z and the model error Delta
+    - noise_gain: the smallest bound nu of |z|/|w| that P_i prove, with the noise w
     """
 
     gains: SwitchedGains

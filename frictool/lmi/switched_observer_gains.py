@@ -40,7 +40,7 @@ from frictool.typing import Matrix
 Switches = Sequence[tuple[int, int]]
 PASSES = 2  # balancing passes
 # gamma of the chosen gains relative to the smallest gamma; the gains thus stay off the limit
-ROOM, MOST_ROOM = 1.005, 1.008
+GAMMA_RATIO, MOST_GAMMA_RATIO = 1.005, 1.008
 ORIGINAL_UNITS_WEIGHT = 1e-3  # weight of the original units in the choice of units
 # relative smallest singular value of [A - z; C] below which the mode at z is not observable
 UNSEEN = 1e-9
@@ -101,11 +101,12 @@ def switched_gains(
 ) -> SwitchedGains:
     """Return the observer gains for `modes` and the allowed `switches` (i, j).
 
-    The bound gamma of |weighted error|/|model error| is at most MOST_ROOM times the smallest gamma
-    that was found. Mode i can last for several samples if the switch (i, i) is allowed. decay:
-    largest factor lambda on the error per sample. Raises NoSolutionError if (A_i, C_i) of a mode is
-    not detectable, or if the inequalities have no solution that passes the check. Raises ValueError
-    for a decay outside (0, 1].
+    The bound gamma of |weighted error|/|model error| is at most MOST_GAMMA_RATIO times the smallest
+    gamma that was found. Mode i can last for several samples if the switch (i, i) is allowed.
+    decay: largest factor lambda on the error per sample.
+
+    Raises NoSolutionError if (A_i, C_i) of a mode is not detectable, or if the inequalities have no
+    solution that passes the check. Raises ValueError for a decay outside (0, 1].
     """
     if not 0.0 < decay <= 1.0:
         raise ValueError(f"decay is {decay:g} per sample; allowed: above 0 and at most 1")
@@ -117,7 +118,7 @@ def switched_gains(
     least = min(each.gamma for each in candidates)
     if not np.isfinite(least):
         raise NoSolutionError(_unsolved(decay, without.gamma))
-    best = next(each for each in candidates if each.gamma <= MOST_ROOM * least)
+    best = next(each for each in candidates if each.gamma <= MOST_GAMMA_RATIO * least)
     return replace(
         best, smallest_gamma=min(without.gamma, least)
     )  # gains with a decay also solve the inequalities without a decay
@@ -128,8 +129,8 @@ def _candidates(
 ) -> list[SwitchedGains]:
     """Return candidates for the gains, the best first; the last has an infinite gamma.
 
-    Each balancing pass gives gains for ROOM times the smallest gamma, which are preferred, and
-    gains for the smallest gamma. t: scaling of the states in the first pass.
+    Each balancing pass gives gains for GAMMA_RATIO times the smallest gamma, which are preferred,
+    and gains for the smallest gamma. t: scaling of the states in the first pass.
     """
     inner, edge = [], []
     for _ in range(PASSES):
@@ -137,7 +138,7 @@ def _candidates(
         smallest, gains = problem.smallest()
         if not gains.p:
             break
-        inner.append(problem.inside(ROOM * smallest))
+        inner.append(problem.inside(GAMMA_RATIO * smallest))
         edge.append(gains)
         t = t @ np.linalg.inv(scipy.linalg.cholesky(np.mean(list(gains.p.values()), axis=0)))
     return [*reversed(inner), *reversed(edge), _nothing(decay, t)]

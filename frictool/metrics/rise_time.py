@@ -10,7 +10,7 @@ from frictool.metrics.final_value import final_value
 from frictool.typing import Vector
 
 FROM, TO = 0.1, 0.9  # levels, relative to the distance that the axis moves
-LEAST_WAY = 0.01  # least distance relative to the step; an axis that moves less has rise time 0
+LEAST_SHARE = 0.01  # least distance relative to the step; an axis that moves less has rise time 0
 
 
 def rise_time(time: Vector, position: Vector, origin: float, target: float) -> float:
@@ -27,7 +27,7 @@ def rise_time(time: Vector, position: Vector, origin: float, target: float) -> f
     step = abs(target - origin)
     if abs(target - final) > 0.5 * step:
         return math.inf
-    if abs(final - start) <= LEAST_WAY * step:
+    if abs(final - start) <= LEAST_SHARE * step:
         return 0.0
     share = (position - start) / (final - start)
     return _passage(time, share, TO) - _passage(time, share, FROM)

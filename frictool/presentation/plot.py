@@ -271,10 +271,10 @@ class _DrawnPanel(NamedTuple):
         yield (
             f'<path fill="none" stroke="{MUTED}" stroke-width="{THIN}" d="{axes}{"".join(ticks)}"/>'
         )
-        beside = left - TICK - PAD
+        label_x = left - TICK - PAD
         yield '<g text-anchor="end">'
         for y, text in zip(y_at, y_ticks.labels, strict=True):
-            yield f'<text x="{beside:.1f}" y="{y + 0.38 * FONT:.1f}">{text}</text>'
+            yield f'<text x="{label_x:.1f}" y="{y + 0.38 * FONT:.1f}">{text}</text>'
         yield "</g>"
         if y_ticks.factor:
             yield f'<text x="{left:.1f}" y="{top - 3.0:.1f}">{y_ticks.factor}</text>'

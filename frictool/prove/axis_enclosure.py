@@ -222,7 +222,7 @@ def _broken_away(
     moved = RoundedInterval(0.0, math.nextafter(speed.high * spread, math.inf))
     drive = _held_drive(state.drive, command, p, sure_slip)
     started = replace(state, drive=drive, direction=sign)
-    if not _carries(state, p, sign) and moved.high >= _room(started, p):
+    if not _carries(state, p, sign) and moved.high >= _distance_to_contact(started, p):
         raise Ambiguous("the axis may break away where the backlash closes")
     return _shifted(started, moved, speed, p), sure_slip
 
@@ -255,12 +255,12 @@ def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
     """
     carries = _carries(state, p, state.direction)
     phase = _phase(state, command, p, carries)
-    room = math.inf if carries else _room(state, p)
+    contact_distance = math.inf if carries else _distance_to_contact(state, p)
     rate = max(phase.alpha.high, phase.rate)
     step = min(left, STEEPEST / rate if rate > 0.0 else left)
     while True:
         bounds = _bounds(phase, step)
-        if bounds.moves and bounds.farthest < room:
+        if bounds.moves and bounds.farthest < contact_distance:
             speed, distance = _mapped(phase, step) if step == p.period else _series(phase, step)
             speed = RoundedInterval(max(speed.low, 0.0), speed.high)
             drive = _held_drive(state.drive, command, p, step)
@@ -271,7 +271,9 @@ def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> _Ends:
         if not bounds.moves and bounds.slowest < 0.0:
             guess = min(guess, 0.9 * phase.speed.low / -bounds.slowest)
         elif bounds.moves:
-            guess = min(guess, _fitting_step(phase.speed.high, bounds.fastest, 0.9 * room))
+            guess = min(
+                guess, _fitting_step(phase.speed.high, bounds.fastest, 0.9 * contact_distance)
+            )
         step = max(guess, EVENT)
     if bounds.moves:
         return [_met(state, command, p, left)]
@@ -361,7 +363,7 @@ def _positive(one: RoundedInterval) -> RoundedInterval:
     return RoundedInterval(max(0.0, one.low), max(0.0, one.high))
 
 
-def _room(state: AxisSet, p: PlantBox) -> float:
+def _distance_to_contact(state: AxisSet, p: PlantBox) -> float:
     """Return the least distance to the end of the backlash in the direction of motion [rad | m]."""
     half = 0.5 * p.backlash
     ahead = half - state.gap.high if state.direction > 0 else half + state.gap.low
@@ -451,7 +453,7 @@ def _stopped(state: AxisSet, command: float, p: PlantBox, left: float, fastest: 
     drive = _held_drive(state.drive, command, p, wait)
     efforts = _effort(state.drive, p), _effort(drive, p)
     moved = RoundedInterval(0.0, high * wait * (1.0 + SLACK))
-    if not carries and moved.high >= _room(state, p):
+    if not carries and moved.high >= _distance_to_contact(state, p):
         raise Ambiguous("the axis may stop where the backlash closes")
     at = _shifted(state, moved, ZERO, p)
     slower = RoundedInterval(0.0, high)

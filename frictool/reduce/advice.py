@@ -22,7 +22,7 @@ MOST_TOLERANCE = 1.0  # largest value of --tolerance
 LOWEST = 1e-4
 POINTS = 2000
 # margin at each end of a part, relative to the part's width; a load law of the part alone differs
-ROOM = 0.02
+END_MARGIN = 0.02
 WORTH = 0.1  # smallest useful part, relative to the travel
 
 
@@ -100,7 +100,7 @@ def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[flo
             part = slice(0, middle_count) if from_low else slice(len(x) - middle_count, len(x))
             low, high = (middle_count, high) if holds(part) else (low, middle_count)
         ends = (float(x[0]), float(x[low - 1])) if from_low else (float(x[-low]), float(x[-1]))
-        margin = ROOM * (ends[1] - ends[0])
+        margin = END_MARGIN * (ends[1] - ends[0])
         ends = (ends[0], ends[1] - margin) if from_low else (ends[0] + margin, ends[1])
         if ends[1] - ends[0] >= WORTH * float(x[-1] - x[0]):
             parts.append(_inwards(ends))

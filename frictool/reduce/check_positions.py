@@ -39,7 +39,7 @@ def mechanism_positions(
     seen = assembled.sensor_blocks[assembled.sensors.index(sensor)]
     commands = np.zeros((command.shape[0], len(assembled.sources)))
     commands[:, driven] = command
-    output = run(machine, state, commands, here.document.sample_period_s, room_for_events=0)
+    output = run(machine, state, commands, here.document.sample_period_s, most_events=0)
     if output.status != OK:
         raise NoSolutionError(
             f"{here.document.name}: not simulated: {MESSAGES[output.status]} "

@@ -113,11 +113,11 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
         float(np.max(np.abs(exact.forward))), float(np.max(np.abs(exact.backward))), 1e-300
     )
     if replaced:
-        got = in_contact(mechanism, between)
+        obtained = in_contact(mechanism, between)
         error = (
             max(
-                float(np.max(np.abs(got.forward - wanted.forward))),
-                float(np.max(np.abs(got.backward - wanted.backward))),
+                float(np.max(np.abs(obtained.forward - wanted.forward))),
+                float(np.max(np.abs(obtained.backward - wanted.backward))),
             )
             / largest
         )

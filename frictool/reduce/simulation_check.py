@@ -29,7 +29,7 @@ from frictool.typing import Vector
 
 Progress = Callable[[str], None]
 
-ROOM = 1e-9  # rad | m, tolerance of a block that rests on an end stop
+STOP_TOLERANCE = 1e-9  # rad | m, tolerance of a block that rests on an end stop
 TOLERANCE = 0.05  # default of `tolerance`, relative to the travelled distance
 
 
@@ -172,7 +172,9 @@ def _displacements(
 def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
     if travel is None:
         return len(positions)
-    outside = np.flatnonzero((positions < travel[0] - ROOM) | (positions > travel[1] + ROOM))
+    outside = np.flatnonzero(
+        (positions < travel[0] - STOP_TOLERANCE) | (positions > travel[1] + STOP_TOLERANCE)
+    )
     return int(outside[0]) if outside.size else len(positions)
 
 

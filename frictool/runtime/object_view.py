@@ -26,11 +26,11 @@ class ObjectView:
     def __repr__(self) -> str:
         """Return one line with the class and as many fields as fit into the line."""
         parts: list[str] = []
-        room = LONGEST
+        remaining = LONGEST
         for name, value in _fields(self):
             part = f"{name}={brief(value)}"
-            room -= len(part) + 2
-            if room < 0:
+            remaining -= len(part) + 2
+            if remaining < 0:
                 parts.append("...")
                 break
             parts.append(part)

@@ -19,7 +19,7 @@ from frictool.engine.mechanism.energy import balance
 from frictool.engine.mechanism.events import NAMES, STRIKES
 from frictool.engine.mechanism.state import SWINGS, work_by_element
 from frictool.plant.mechanism.fastest_link import rates_of
-from frictool.simulate.mechanism_runs import ROOM_FOR_EVENTS, MechanismOutcome, element_of
+from frictool.simulate.mechanism_runs import MOST_EVENTS, MechanismOutcome, element_of
 
 ENERGY, EVENTS = "energy", "events"
 
@@ -65,13 +65,13 @@ def energy_of(outcome: MechanismOutcome) -> dict[str, float]:
 def events_of(outcome: MechanismOutcome) -> dict[str, int]:
     """Return the number of events by element and kind, with keys such as `ELEMENT KIND`.
 
-    The key `not kept` has the number of events that were not stored (more than ROOM_FOR_EVENTS).
+    The key `not kept` has the number of events that were not stored (more than MOST_EVENTS).
     """
     counts = Counter(
         f"{element_of(outcome.variant, event)} {NAMES[int(event[1])]}"
         for event in outcome.out.events
     )
-    more = int(outcome.out.happened[0]) - ROOM_FOR_EVENTS
+    more = int(outcome.out.happened[0]) - MOST_EVENTS
     return dict(sorted(counts.items())) | ({"not kept": more} if more > 0 else {})
 
 

@@ -49,7 +49,7 @@ from frictool.typing import Vector
 
 AT_ONCE = 500_000  # most samples in a batch of runs
 PIECE = 5000  # samples between two checks for progress and an interrupt
-ROOM_FOR_EVENTS = 200_000  # most stored events of a run; further events are only counted
+MOST_EVENTS = 200_000  # most stored events of a run; further events are only counted
 
 
 class MechanismOutcome(NamedTuple):
@@ -149,13 +149,13 @@ def simulate_variant(
         np.zeros((task.samples, RECORD_SIZE)),
         np.zeros((task.samples, 2 * n + u)),
         np.zeros((task.samples, state.modes.size), dtype=np.int8),
-        np.zeros((ROOM_FOR_EVENTS, EVENT_SIZE)),
+        np.zeros((MOST_EVENTS, EVENT_SIZE)),
         np.zeros(1, dtype=np.int64),
     )
     status = (_by_target if task.target is not None else _by_kernel)(
         task, machine, state, drifting, out, progress
     )
-    kept = out.events[: min(int(out.happened[0]), ROOM_FOR_EVENTS)].copy()
+    kept = out.events[: min(int(out.happened[0]), MOST_EVENTS)].copy()
     outcome = MechanismOutcome(variant, machine, state, before, out._replace(events=kept))
     if status != OK:
         raise NoSolutionError(_failure_message(outcome, status))
@@ -254,7 +254,7 @@ def _failure_message(outcome: MechanismOutcome, status: int) -> str:
     instant = float(outcome.state.pace[1])
     text = f"{outcome.variant.topic}: at {instant:.6g} s {MESSAGES[status]}"
     events = outcome.out.events
-    if events.size and int(outcome.out.happened[0]) <= ROOM_FOR_EVENTS:
+    if events.size and int(outcome.out.happened[0]) <= MOST_EVENTS:
         last = events[-1]
         text += (
             f"; last event at {last[0]:.6g} s: {element_of(outcome.variant, last)} "

@@ -80,10 +80,10 @@ def blocks(model: Model, design: Design, drive_peak: float = math.inf) -> Surrou
         prefilter=made.prefilter(),
         profile=None
         if design.profile is None
-        else stored_profile(model, design.profile, drive_peak, made.tell),
+        else stored_profile(model, design.profile, drive_peak, made.record_derived),
         feedforward=None
         if design.feedforward is None
-        else stored_feedforward(model, design.feedforward, made.tell),
+        else stored_feedforward(model, design.feedforward, made.record_derived),
         derived=tuple(made.derived),
         notes=(*made.notes, *outside_notes(design)),
     )
@@ -97,7 +97,7 @@ class _BlockRules:
         self.notes: list[str] = []
         self.velocity = self._velocity()
 
-    def tell(self, name: str, value: float, unit: str, source: str) -> float:
+    def record_derived(self, name: str, value: float, unit: str, source: str) -> float:
         self.derived.append(DerivedValue(name, value, unit, source))
         return value
 
@@ -119,7 +119,9 @@ class _BlockRules:
         band = 0.0 if law.band is None else law.band.value
         if law.band is None and (law.kind == "square_root" or law.action != "none"):
             step = self.model.bench.encoder.resolution
-            band = self.tell("position_law.band", step, self.unit("position"), "the encoder's step")
+            band = self.record_derived(
+                "position_law.band", step, self.unit("position"), "the encoder's step"
+            )
         return stored.PositionLaw(
             gain=_square_root_gain(self.model, law) if law.gain_per_s is None else law.gain_per_s,
             kind=law.kind,
@@ -154,7 +156,7 @@ class _BlockRules:
             ).at("design", "velocity.filter_rad_s")
         if bandwidth is None and prefilter is not None:
             value = FILTER * prefilter.natural_frequency_rad_s
-            bandwidth = self.tell(
+            bandwidth = self.record_derived(
                 "velocity.filter_rad_s",
                 value,
                 "rad/s",
@@ -180,7 +182,7 @@ class _BlockRules:
         energy = requested.condition == "energy"
         virtual = 0.0 if requested.virtual_coulomb is None else requested.virtual_coulomb.value
         band = (
-            self.tell("limiter.band", step, self.unit("position"), "the encoder's step")
+            self.record_derived("limiter.band", step, self.unit("position"), "the encoder's step")
             if requested.band is None
             else requested.band.value
         )
@@ -215,7 +217,7 @@ class _BlockRules:
         if requested.virtual_speed is not None or virtual == 0.0:
             return 0.0 if requested.virtual_speed is None else requested.virtual_speed.value
         value = BRAKE_SAMPLES * virtual * self.period / self.model.parameters.inertia.value
-        return self.tell(
+        return self.record_derived(
             "limiter.virtual_speed",
             value,
             self.unit("velocity"),
@@ -269,7 +271,7 @@ class _BlockRules:
             ).at("design", "friction_compensation.smoothing_speed")
         block = FeedbackLoop("velocity", low_pass(self.velocity, self.period), (DIFFERENCE,))
         value = drive_after_count(from_position(block), self.model.bench.encoder.resolution)
-        return self.tell(
+        return self.record_derived(
             "friction_compensation.smoothing_speed",
             value,
             self.unit("velocity"),

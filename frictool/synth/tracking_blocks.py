@@ -29,7 +29,7 @@ from frictool.documents.quantity import si_unit
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.synth.load_disturbance import disturbance
 
-Tell = Callable[[str, float, str, str], float]
+RecordDerived = Callable[[str, float, str, str], float]
 
 SMOOTHED = 0.1  # duration that the smoothing adds to a move, relative to the time to the top speed
 LEAST_SMOOTHING = 4  # samples
@@ -48,20 +48,22 @@ def outside_notes(design: Design) -> tuple[str, ...]:
 
 
 def stored_profile(
-    model: Model, requested: ProfileDesign, drive_peak: float, tell: Tell
+    model: Model, requested: ProfileDesign, drive_peak: float, record_derived: RecordDerived
 ) -> stored.Profile:
     """Return the profile of a design in its stored form.
 
-    `tell` records a derived value by name, value, unit and source, and returns the value. Raises
-    FrictoolError if the speed is missing or the jerk too small, NoSolutionError if no effort is
-    left for the acceleration.
+    `record_derived` records a derived value by name, value, unit and source, and returns the value.
+    Raises FrictoolError if the speed is missing or the jerk too small, NoSolutionError if no effort
+    is left for the acceleration.
     """
     units = {name: si_unit(name, model.axis) for name in ("velocity", "acceleration", "jerk")}
     top = model.bench.mechanics.top_speed
     if requested.speed is not None:
         speed = requested.speed.value
     elif top is not None:
-        speed = tell("profile.speed", top.value, units["velocity"], "the bench's top speed")
+        speed = record_derived(
+            "profile.speed", top.value, units["velocity"], "the bench's top speed"
+        )
     else:
         raise FrictoolError(
             "profile.speed: missing, and the bench has no mechanics.top_speed; write one of "
@@ -70,7 +72,7 @@ def stored_profile(
     if requested.acceleration is not None:
         acceleration = requested.acceleration.value
     else:
-        acceleration = tell(
+        acceleration = record_derived(
             "profile.acceleration",
             *_least_acceleration(model, speed, requested.drive_share, drive_peak),
         )
@@ -87,7 +89,7 @@ def stored_profile(
     else:
         samples, source = _smoothing(model, speed / acceleration)
         jerk = ProfileLimits(speed, acceleration, samples).jerk(period)
-        tell("profile.jerk", jerk, units["jerk"], source)
+        record_derived("profile.jerk", jerk, units["jerk"], source)
     return stored.Profile(speed, acceleration, samples)
 
 
@@ -142,12 +144,12 @@ def _smoothing(model: Model, rise: float) -> tuple[int, str]:
 
 
 def stored_feedforward(
-    model: Model, requested: FeedforwardDesign, tell: Tell
+    model: Model, requested: FeedforwardDesign, record_derived: RecordDerived
 ) -> stored.Feedforward:
     """Return the feedforward of a design in its stored form.
 
-    `tell` records a derived value by name, value, unit and source, and returns the value. Raises
-    FrictoolError if the bandwidth of the filter is at least 2/T.
+    `record_derived` records a derived value by name, value, unit and source, and returns the value.
+    Raises FrictoolError if the bandwidth of the filter is at least 2/T.
     """
     period = model.bench.sample_period_s
     bandwidth = requested.filter_rad_s or 0.0
@@ -160,7 +162,7 @@ def stored_feedforward(
     for name, dimension in (("inertia", "inertia"), ("viscous", "viscous"), ("coulomb", "effort")):
         provided = getattr(requested, name)
         values[name] = (
-            tell(
+            record_derived(
                 f"feedforward.{name}",
                 getattr(model.parameters, name).value,
                 si_unit(dimension, model.axis),
@@ -172,7 +174,7 @@ def stored_feedforward(
     if requested.switch_on_speed is not None:
         switch_on = requested.switch_on_speed.value
     else:
-        switch_on = tell(
+        switch_on = record_derived(
             "feedforward.switch_on_speed",
             model.bench.encoder.resolution / (STEP_SAMPLES * period),
             si_unit("velocity", model.axis),

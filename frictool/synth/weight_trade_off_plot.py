@@ -12,7 +12,7 @@ from frictool.presentation.svg import drawing, render
 from frictool.synth.weight_relaxation import Trade
 
 WIDTH, HEIGHT = 7.0, 6.0  # inches
-CURVE, CHOSEN, ASKED = "#444444", "#c0392b", "#1f5fa8"
+CURVE, CHOSEN, REQUIRED = "#444444", "#c0392b", "#1f5fa8"
 
 
 def picture(trade: Trade, name: str) -> str:
@@ -41,7 +41,7 @@ def figure(trade: Trade) -> Figure:
         trade.start.drive,
         trade.start.disturbance,
         "s",
-        color=ASKED,
+        color=REQUIRED,
         markersize=5,
         label="strictest",
     )
@@ -73,7 +73,7 @@ def _levels(axes: Axes, trade: Trade) -> None:
             color=shade,
             label=f"W3 {line[0].drive:.3g}",
         )
-    axes.axhline(trade.required, color=ASKED, linewidth=0.9)
+    axes.axhline(trade.required, color=REQUIRED, linewidth=0.9)
     axes.loglog(trade.chosen.disturbance, trade.chosen.level, "o", color=CHOSEN, markersize=7)
     axes.set_xlabel("W1, disturbance rejection")
     axes.set_ylabel("gamma")

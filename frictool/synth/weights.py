@@ -119,7 +119,7 @@ class _WeightRules:
     def chosen(self) -> ChosenWeights:
         provided = self.provided
         if METHODS[self.design.method].provided_gains and provided == document.Weights():
-            self._tell(
+            self._record_derived(
                 "error",
                 1.0,
                 "",
@@ -156,7 +156,7 @@ class _WeightRules:
         margin = error.gain * error.pole / error.zero
         return margin * error.zero * step if self.speed else error.gain * step
 
-    def _tell(self, name: str, value: float, unit: str, source: str) -> float:
+    def _record_derived(self, name: str, value: float, unit: str, source: str) -> float:
         self.derived.append(DerivedValue(f"weights.{name}", value, unit, source))
         return value
 
@@ -167,7 +167,7 @@ class _WeightRules:
         margin, error = provided.modulus_margin, provided.static_error
         bandwidth = provided.bandwidth_rad_s
         if margin is None and spec.modulus_margin is not None:
-            margin = self._tell(
+            margin = self._record_derived(
                 "modulus_margin", spec.modulus_margin, "", "modulus_margin of the specification"
             )
         if margin is None:
@@ -177,7 +177,7 @@ class _WeightRules:
             ).at("spec", "modulus_margin")
         if error is None and spec.static_error is not None and travel is not None:
             relative = min(0.5, spec.static_error.value / (travel.high - travel.low))
-            error = self._tell(
+            error = self._record_derived(
                 "static_error",
                 relative,
                 "",
@@ -191,7 +191,7 @@ class _WeightRules:
         if bandwidth is None and spec.response_time_95_s is not None:
             value = SETTLING / (margin * spec.response_time_95_s) * (INNER if self.speed else 1.0)
             rule = f"{INNER:g} times 3" if self.speed else "3"
-            bandwidth = self._tell(
+            bandwidth = self._record_derived(
                 "bandwidth_rad_s",
                 value,
                 "rad/s",
@@ -224,13 +224,13 @@ class _WeightRules:
             return self.provided.disturbance
         amplitude, source = self._amplitude("disturbance")
         if self.design.relax == "auto":
-            return self._tell(
+            return self._record_derived(
                 "disturbance",
                 STRICTEST / amplitude,
                 "",
                 f"{STRICTEST:g} divided by {source}, at which relax: auto starts",
             )
-        return self._tell(
+        return self._record_derived(
             "disturbance",
             1.0 / amplitude,
             "",
@@ -241,7 +241,7 @@ class _WeightRules:
         if self.provided.drive is not None:
             return self.provided.drive
         amplitude, source = self._amplitude("drive")
-        return self._tell(
+        return self._record_derived(
             "drive",
             amplitude / self.limit,
             "",
@@ -253,7 +253,7 @@ class _WeightRules:
             return self.provided.noise.value
         amplitude, source = self._amplitude("noise")
         step = self.model.bench.encoder.resolution
-        return self._tell(
+        return self._record_derived(
             "noise",
             step / amplitude,
             "",
@@ -275,7 +275,7 @@ class _WeightRules:
         step = self.model.bench.encoder.resolution
         share = self.provided.count_share
         product = step / (share * self.limit)
-        self._tell(
+        self._record_derived(
             "command",
             product / noise,
             "",

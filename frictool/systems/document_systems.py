@@ -20,7 +20,7 @@ from frictool.plant.polytope import PlantPoint
 from frictool.verify.feedback_loops import running_form
 
 ETA, DRIVE, POSITION = "eta", "drive", "position"
-ASKED = "asked"  # drive commanded by the controller; DRIVE is the drive after delay and lag
+REQUESTED = "requested"  # drive commanded by the controller; DRIVE is the drive after delay and lag
 
 
 def as_linear_system(system: Lti | Model | Controller) -> Lti:
@@ -92,14 +92,16 @@ def plant_system(
     resonance = None if document.resonances is None else resonance_filters(document.resonances)[0]
     blocks = {"axis": linear_axis(_rates(document, vertex), lag, period, resonance)}
     if sampled:
-        blocks["delay"] = DiagramBlock(delay(bench.delay_samples, period), (ASKED,), ("command",))
+        blocks["delay"] = DiagramBlock(
+            delay(bench.delay_samples, period), (REQUESTED,), ("command",)
+        )
     sums: dict[str, dict[str, float]] = {
         "speed_reference": {},
         "friction": {},
         "uncertain_effort": {},
         POSITION: {ETA: -1.0},
     }
-    return connect(blocks, sums, (ASKED if sampled else "command",), (POSITION,))
+    return connect(blocks, sums, (REQUESTED if sampled else "command",), (POSITION,))
 
 
 def loop_system(controller: Controller, vertex: str) -> Lti:
@@ -132,9 +134,9 @@ def loop_system(controller: Controller, vertex: str) -> Lti:
             "the input eta, a position error"
         )
     blocks = {
-        "controller": DiagramBlock(controller_system(controller), (ETA,), (ASKED,)),
+        "controller": DiagramBlock(controller_system(controller), (ETA,), (REQUESTED,)),
         "plant": DiagramBlock(
-            plant_system(controller, vertex, sampled=True), (ASKED,), (POSITION,)
+            plant_system(controller, vertex, sampled=True), (REQUESTED,), (POSITION,)
         ),
     }
     return connect(blocks, {}, (ETA,), (POSITION,))

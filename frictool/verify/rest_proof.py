@@ -80,8 +80,8 @@ def _summary(
     states = {check.state for check in checks if check.name not in OF_THE_APPROACH}
     verdict: Literal["proved", "undecided"] = "proved" if states <= {"holds"} else "undecided"
     braking = (1.0 - BRAKING_SHARE) * friction
-    room = max(0.0, band - step) if verdict == "proved" else 0.0
-    speed = math.sqrt(2.0 * braking * room / box.inertia[1]) * (1.0 - ROUNDED)
+    stopping_distance = max(0.0, band - step) if verdict == "proved" else 0.0
+    speed = math.sqrt(2.0 * braking * stopping_distance / box.inertia[1]) * (1.0 - ROUNDED)
     stop = box.inertia[1] * speed / braking * (1.0 + ROUNDED) if braking > 0.0 else 0.0
     coasts = controller.limiter is None or controller.limiter.condition == "error"
     return RestProof(
@@ -105,8 +105,8 @@ def _law_checks(
     """
     box, step = certificate.box, controller.bench.encoder.resolution
     braking = (1.0 - BRAKING_SHARE) * least_friction(controller, box)
-    room = max(0.0, 2.0 * law.band - step)
-    admissible = math.sqrt(2.0 * braking * room / box.inertia[1]) * (1.0 - ROUNDED)
+    stopping_distance = max(0.0, 2.0 * law.band - step)
+    admissible = math.sqrt(2.0 * braking * stopping_distance / box.inertia[1]) * (1.0 - ROUNDED)
     if law.action == "brake":
         arrival = law.rest_speed
     else:

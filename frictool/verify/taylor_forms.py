@@ -160,12 +160,12 @@ def corner_above(parts: ComplexVector, remainder: float, level: float, gram: Com
                 total += value.real * value.real + value.imag * value.imag
         sizes += math.sqrt(total)
     sizes *= 1.0 + 64.0 * U
-    room = (level - (remainder + 16.0 * U * sizes) * UP) * (1.0 - 8.0 * U)
-    if sizes < room:
+    reduced_level = (level - (remainder + 16.0 * U * sizes) * UP) * (1.0 - 8.0 * U)
+    if sizes < reduced_level:
         return -1
     for corner in range(8):
         at = (1.0 if corner & 1 else -1.0, 1.0 if corner & 2 else -1.0, 1.0 if corner & 4 else -1.0)
-        if not (room > 0.0 and below_level(parts, at, room, gram)):
+        if not (reduced_level > 0.0 and below_level(parts, at, reduced_level, gram)):
             return corner
     return -1
 

@@ -53,7 +53,7 @@ def moved(
         rest(assembled.packed, machine, assembled.start),
         samples,
         period,
-        room_for_events=1,
+        most_events=1,
     )
     assert found.status == OK
     return Played(found.times, found.positions.T, found.speeds.T, assembled.blocks)

@@ -78,7 +78,7 @@ def speeds_of(seed: int, stiff: Stiff | None) -> Vector:
     """Speeds (blocks, holds) at the end of each hold, from rest; NaN where the engine gives up."""
     b, commands = drawn_self_locking(seed, stiff)
     machine, state = ready(b)
-    result = run(machine, state, commands, PERIOD, room_for_events=0)
+    result = run(machine, state, commands, PERIOD, most_events=0)
     return (
         np.asarray(result.speeds[:, SAMPLES::SAMPLES])
         if result.status == OK

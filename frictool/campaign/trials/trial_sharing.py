@@ -69,12 +69,12 @@ def run_trials(
     units: Vector,
     store: TrialStore,
     share: JobSharing,
-    tell: ProgressCallback = lambda part: None,
+    tick: ProgressCallback = lambda part: None,
     each_s: float = 0.0,
 ) -> Trials:
     """Run the trials that are not in `store`; return the trials of all draws `units` (n, d).
 
-    `tell`: function that is called with the completed fraction, 0 to 1.
+    `tick`: function that is called with the completed fraction, 0 to 1.
     `each_s`: expected duration of a trial [s].
     """
     count = units.shape[0]
@@ -91,10 +91,10 @@ def run_trials(
             if len(waiting) >= batch:
                 store.add(waiting)
                 waiting = []
-                tell(done / len(jobs))
+                tick(done / len(jobs))
     finally:  # an interrupt loses no completed trial
         store.add(waiting)
-    tell(1.0)
+    tick(1.0)
     return collect_trials(play.space, metrics, units, (store.trials[draw] for draw in range(count)))
 
 

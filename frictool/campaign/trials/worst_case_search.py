@@ -94,8 +94,8 @@ def worst_cases(
         for index in range(len(trials.metrics))
         if (job := _task(trial, trials, index, evaluations)) is not None
     ]
-    with progress("worst cases") as tell:
-        results = _search(WorstSearch(trial), jobs, store, share, tell)
+    with progress("worst cases") as tick:
+        results = _search(WorstSearch(trial), jobs, store, share, tick)
     return [
         _kept(trial, trials, job.metric, worst, commands)
         for job, worst in zip(jobs, results, strict=True)
@@ -107,12 +107,12 @@ def _search(
     tasks: Sequence[SearchTask],
     store: TrialStore,
     share: JobSharing,
-    tell: ProgressCallback,
+    tick: ProgressCallback,
 ) -> list[SearchResult]:
     left = [task for task in tasks if task.key not in store.worst]
     for done, (index, worst) in enumerate(share(search, left, 1, None), start=1):
         store.add_worst(left[index].key, worst)
-        tell(done / len(left))
+        tick(done / len(left))
     return [store.worst[task.key] for task in tasks]
 
 

@@ -16,7 +16,7 @@ from frictool.engine.status_codes import OK
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-ROOM_FOR_EVENTS = 100_000
+MOST_EVENTS = 100_000
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def run(
     external: ArrayLike | None = None,
     *,
     tolerance: float = TOLERANCE,
-    room_for_events: int = ROOM_FOR_EVENTS,
+    most_events: int = MOST_EVENTS,
 ) -> MechanismRun:
     """Simulate a mechanism from `state` under a sequence of constant commands.
 
@@ -95,7 +95,7 @@ def run(
         Efforts on blocks [N m | N], (m, n), or (1, n) if they are constant; 0 by default.
     tolerance
         Relative tolerance of speeds.
-    room_for_events
+    most_events
         Largest number of events to return.
 
     Returns
@@ -128,7 +128,7 @@ def run(
     m = rows.shape[0] + 1
     positions, speeds = np.full((c["blocks"], m), np.nan), np.full((c["blocks"], m), np.nan)
     drives = np.full((c["sources"], m), np.nan)
-    events = np.zeros((room_for_events, EVENT_SIZE))
+    events = np.zeros((most_events, EVENT_SIZE))
     happened = np.zeros(1, dtype=np.int64)
     start = float(state.pace[1])
     runner: Any = _run
@@ -144,7 +144,7 @@ def run(
         speeds,
         drives,
     )
-    seen = min(int(happened[0]), room_for_events)
+    seen = min(int(happened[0]), most_events)
     times = start + period * np.arange(m)
     return MechanismRun(
         status,
