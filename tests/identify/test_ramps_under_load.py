@@ -57,7 +57,12 @@ def ramps_of(
     """Return ramps of an axis over +-0.6 rad; the breakaway is RATIO times the Coulomb friction."""
     strength = RATIO * truth["coulomb"]
     axis = AxisParameters(
-        truth["inertia"], truth["viscous"], truth["coulomb"], strength, encoder_step=COUNT
+        truth["inertia"],
+        truth["viscous"],
+        truth["coulomb"],
+        strength,
+        offset=truth["offset"],
+        encoder_step=COUNT,
     )
     axis = axis if laws is None else axis._replace(laws=laws)
     ramps = ramps or Ramps(strength, 400, 2e-3 * strength, span=0.6)
