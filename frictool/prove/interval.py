@@ -7,7 +7,6 @@ value.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from math import inf, nextafter
 
@@ -108,8 +107,3 @@ def decay(rate_time: RoundedInterval) -> RoundedInterval:
     for _ in range(halvings):
         value = value * value
     return RoundedInterval(max(0.0, value.low), min(1.0, value.high) if rate_time.low >= 0 else inf)
-
-
-def is_finite(*values: RoundedInterval) -> bool:
-    """Return True if both ends of every interval are finite."""
-    return all(math.isfinite(one.low) and math.isfinite(one.high) for one in values)

@@ -31,11 +31,6 @@ class HoldMetrics:
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
     missing: dict[str, str] = field(default_factory=dict)
 
-    @property
-    def is_step(self) -> bool:
-        """Return True if the hold begins with a step of the reference."""
-        return self.hold.origin is not None
-
 
 def needed_metrics(spec: Spec) -> tuple[Metric, ...]:
     """Return the metrics of a hold (phase of constant reference) that the requirements need."""
