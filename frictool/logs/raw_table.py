@@ -35,14 +35,14 @@ Nanoseconds = NDArray[np.int64]
 class DataLoss:
     """Samples that could not be read.
 
-    channels: paths of the affected signals (column names while a table is read); empty if all
-        signals are affected.
+    channels: names of the affected columns in a loss that a table appends, else paths of the
+        affected signals; empty if all signals are affected.
     reason: why the samples could not be read.
     start_s, end_s: first and last time of the loss, in s of log time; None if unknown.
     samples: number of lost samples; None if unknown.
 
     If both times are None, `ChannelMapper` sets them to the times of the samples before and after
-    the loss. Therefore a table must append a loss before it yields the next block.
+    the loss. A table must therefore append a loss to `losses` before it yields the next block.
     """
 
     channels: tuple[str, ...]
@@ -69,8 +69,8 @@ class RowBlock:
 
     first_row: index of the block's first row in the table, from 0.
     columns: numbers (n,) of each requested column, as in the file; NaN for an empty cell.
-    time_ns: exact times (n,) in ns, if the file gives the time of each row (messages of a
-        recording, ISO 8601); None if the time is a column of numbers or missing.
+    time_ns: exact times (n,) in ns, if each row has a time stamp (time of a recorded message,
+        ISO 8601); None if the time is a column of numbers or missing.
     recorded_ns: times (n,) in ns at which the recorder stored the rows, if `time_ns` comes from
         another clock; else None.
     """
@@ -101,7 +101,7 @@ class RawTable(Protocol):
     size: int
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with the name or number (from 1) `wanted`, else None.
+        """Return the name of the column `wanted`, a name or a number from 1; else None.
 
         Raises LogError if the column contains no numbers.
         """
@@ -139,7 +139,7 @@ class DerivedTable:
         self.units: Mapping[str, str | None] = table.units
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with the name or number (from 1) `wanted`, else None."""
+        """Return the name of the column `wanted`, a name or a number from 1; else None."""
         return self._table.find(wanted)
 
     def line(self, row: int) -> int | None:
@@ -179,7 +179,7 @@ def fail_at(table: RawTable, row: int, message: str) -> LogError:
 
 
 def find(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element of `names` with the name or number (from 1) `wanted`, else None."""
+    """Return the element `wanted` of `names`, a name or a number from 1; else None."""
     if isinstance(wanted, int):
         return names[wanted - 1] if 1 <= wanted <= len(names) else None
     return wanted if wanted in names else None
@@ -201,7 +201,7 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
 
 
 def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "column") -> str:
-    """Return the name of the column with the name or number (from 1) `wanted`.
+    """Return the name of the column `wanted`, a name or a number from 1.
 
     Raises LogError, with the nearest name and the available names, if there is no such column.
     """

@@ -36,7 +36,7 @@ class StreamSource(Protocol):
 
     source: file name for messages.
     head: topic, fields and units.
-    columns: name of the raw column of each field that was made from a single column.
+    columns: for each field that comes from a single raw column, the name of this column.
     clock: name of the clock that gave the sample times; None if the times are already the log's
         time.
     size: total number of bytes to process.

@@ -9,7 +9,7 @@ from frictool.typing import Vector
 
 
 def energy(time: Vector, drive: Vector, energy_window: float) -> float | str:
-    """Return the mean square of the drive (n,) [A^2 | V^2] over the first `energy_window` [s].
+    """Return the mean square of the drive (n,) [A^2 | V^2] over the first `energy_window` seconds.
 
     The window begins at the step. Each sample counts for the time until the next sample. If the
     samples end before the window ends, return the reason as text.

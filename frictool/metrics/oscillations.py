@@ -1,6 +1,6 @@
 """Number of oscillations until the axis stands still; thesis 5.4.1 allows one.
 
-Two reversals are one oscillation; an odd number is rounded up.
+Two reversals are one oscillation; the number of oscillations is rounded up.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Motions of a reference, such as ramps; a change within at most three samples is a step instead.
 
 A *motion* is a maximal sequence of samples in which the reference changes; it may contain pauses of
-fewer than 20 samples. No axis can follow a step, so that a step is not a motion.
+fewer than 20 samples. A step is not a motion, because no axis can follow it.
 """
 
 from __future__ import annotations

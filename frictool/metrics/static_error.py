@@ -19,8 +19,8 @@ def static_error(position: Vector, target: float, resolution: float = 0.0) -> fl
     If the axis rests at the end of the hold, this is |target - final position|. The final position
     is the mean over the end of the hold (final_value.py). If the axis still moves by more than
     MOVES times `resolution`, the mean would hide an oscillation; the result is then the largest
-    |target - position| at the end of the hold. `resolution` is the sensor's step [rad or m], 0 if
-    unknown; the axis then counts as resting.
+    |target - position| at the end of the hold. `resolution` is the sensor's step [rad or m]. If it
+    is unknown (0), the axis counts as resting.
 
     The rounding error of the positions is subtracted. An error of one encoder step therefore meets
     a limit of one encoder step.

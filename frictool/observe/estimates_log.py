@@ -24,8 +24,8 @@ ESTIMATE = "estimate"  # metadata record with the final estimate, each value as 
 def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, notes: Notes) -> None:
     """Write the estimates of a log to `stream`.
 
-    - one: observer of the log
-    - parts: blocks of estimates
+    - one: observer that reads the log
+    - parts: blocks of its estimates
     - notes: additional metadata records
     """
     first = next(parts)

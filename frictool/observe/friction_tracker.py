@@ -103,7 +103,7 @@ class FrictionTracker:
         return out
 
     def _falls(self, fall: UnmodelledFall | None, velocity: Vector) -> Matrix:
-        """Return the unmodelled fall at each velocity, and its half width, (n, 2) [N m | N]."""
+        """Return the friction of `fall` at each velocity, and its half width, (n, 2) [N m | N]."""
         out = np.zeros((velocity.size, 2))
         if fall is not None:
             exponent = self._axes[0, STRIBECK_EXPONENT]

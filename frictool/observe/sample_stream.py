@@ -350,8 +350,8 @@ def _check_clock(source: str, time: Vector) -> None:
 
 def _refuse_clock(source: str, broken: float, period: float) -> None:
     reason = (
-        f"{100 * broken:.0f} % of the intervals are off the median period {period:.6g} s "
-        f"by more than {JITTER:.0%}"
+        f"{100 * broken:.0f} % of the intervals differ by more than {JITTER:.0%} from the median "
+        f"period {period:.6g} s"
     )
     raise LogError(
         source,

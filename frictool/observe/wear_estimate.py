@@ -35,7 +35,7 @@ class EstimateRange:
         return EstimateRange(ratio, ratio * (1.0 - below**0.5), ratio * (1.0 + above**0.5))
 
     def wider(self, half: float) -> EstimateRange:
-        """Return the estimate with an independent error of the half width `half` in addition."""
+        """Return the estimate, widened by an independent error of half width `half`."""
         below = math.hypot(self.value - self.low, half)
         above = math.hypot(self.high - self.value, half)
         return EstimateRange(self.value, self.value - below, self.value + above)

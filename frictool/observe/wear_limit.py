@@ -125,7 +125,7 @@ def _judged(name: str, estimate: EstimateRange, moves: int, limit: float) -> Wea
 def _parts(
     estimate: WearEstimate, ratio: EstimateRange | None
 ) -> Iterator[tuple[str, EstimateRange]]:
-    """Yield name and wear, or ratio to commissioning if known, of each direction or zone."""
+    """Yield the name of each direction or zone, and its wear relative to commissioning if known."""
     if estimate.kind == "directional":
         sides = (("forward", estimate.forward), ("backward", estimate.backward))
         parts = [(name, worn) for name, worn in sides if worn is not None]

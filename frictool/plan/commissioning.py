@@ -207,9 +207,9 @@ def _identified(
 def _no_gain(bench: Bench, logs: Sequence[Log], outcome: IdentifiedModel) -> str:
     """Return why another test of strokes is useless, or "" if a log of strokes was useful.
 
-    The identification is repeated without each log of strokes in turn. A log is useful if, without
-    it, a half width is more than LEAST_GAIN times as large, or a parameter is not identified. The
-    result is also empty if there are fewer than MOST_STROKES logs of strokes.
+    For each log of strokes, the identification is repeated without this log. A log is useful if,
+    without it, a half width is more than LEAST_GAIN times as large, or a parameter is not
+    identified. The result is also empty if there are fewer than MOST_STROKES logs of strokes.
     """
     kinds, known = outcome.result.kinds, outcome.result.identified
     strokes = [log for log in logs if kinds.get(log.source) == SLIDING_LOG]

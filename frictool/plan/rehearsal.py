@@ -58,7 +58,7 @@ class HalfWidthSample:
 
     @property
     def likely(self) -> float:
-        """Return the value of `upper` after further rehearsals with the same half widths."""
+        """Return the value that `upper` takes if further rehearsals have the same half widths."""
         return self._bound(CONFIRMED_SPREAD)
 
     def _bound(self, spread: float) -> float:

@@ -188,7 +188,7 @@ class RehearsedTests:
     progress: Progress
 
     def rounds(self, design: Design, attempt: PrecisionRequest) -> DesignRounds:
-        """Return the shortest of at most ROUNDS tests whose rehearsals reach the precision.
+        """Try at most ROUNDS tests; return the shortest test whose rehearsals reach the precision.
 
         `attempt` is the request of the first round. If a test misses the precision, the next test
         is longer, else shorter. The rounds end after STALLS longer tests that are not more precise.

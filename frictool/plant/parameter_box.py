@@ -32,7 +32,7 @@ def largest_coulomb(box: Box) -> float:
 
 
 def moving(box: Box) -> tuple[str, ...]:
-    """Return which of inertia, constant and viscous friction have an interval of nonzero width."""
+    """Return those of inertia, constant and viscous friction whose interval is not one value."""
     return tuple(name for name in DYNAMIC if box[name][1] > box[name][0])
 
 

@@ -80,8 +80,7 @@ def step_zone(length: float, resolution: float, overshoot: float | None = None) 
     Returns
     -------
     StepZone
-        The target ± 5 % of `length`. The end beyond the target is reduced to the permitted
-        overshoot if the overshoot is smaller.
+        The target ± 5 % of `length`; beyond the target, at most the permitted overshoot.
     """
     zone = max(ZONE * length, resolution)
     beyond = zone if overshoot is None else min(zone, max(overshoot * length, resolution))

@@ -68,8 +68,8 @@ def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
 def decimated_path_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
     """Return increasing indices of the plotted samples of a path, ordinate over abscissa (n,).
 
-    Each signal is divided by its range, and the path is divided into pieces of a fixed length. The
-    first sample of each piece and the last sample of the path are kept.
+    Abscissa and ordinate are divided by their ranges; the path is divided into pieces of a fixed
+    length. The first sample of each piece and the last sample of the path are kept.
     """
     width, height = float(np.ptp(abscissa)) or 1.0, float(np.ptp(ordinate)) or 1.0
     length = np.concatenate(

@@ -141,7 +141,7 @@ class AxisCell(NamedTuple):
 def drive_bounds(f: Forms, o: int, c: AxisCell) -> tuple[float, float]:
     """Return the least and the largest acceleration by drive and load during the sample.
 
-    - o: row of the first quantity of the axis
+    - o: row of the first quantity of the axis in the table of forms
     - c: constants of the cell
 
     The unit is rad/s^2 | m/s^2.
@@ -231,7 +231,7 @@ def _coefficient(f: Forms, d: int, a: int, value: float, slope: float, second: f
 def advance(f: Forms, o: int, c: AxisCell, m: Vector) -> None:
     """Advance the axis by one sample with the command in the row ACTING.
 
-    - o: row of the first quantity of the axis
+    - o: row of the first quantity of the axis in the table of forms
     - c: constants of the cell
     - m: numbers that describe the motion besides the forms, such as the contact with the load, at
       the indices AT_REST to COUNT_HIGH; updated in place

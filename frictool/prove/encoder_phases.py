@@ -228,7 +228,7 @@ def _stays(loop: LoopOfPlant, branch: _Branch) -> bool:
 
 
 def _stand(loop: LoopOfPlant, branch: _Branch) -> None:
-    """Advance a branch whose axis rests to the next command that may move it, or to the end."""
+    """Advance a branch with a resting axis until a command may move the axis, or to the end."""
     k = branch.sample
     reading = branch.reading
     if branch.at is None or branch.state.moved != branch.at:

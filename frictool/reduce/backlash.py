@@ -23,7 +23,7 @@ from frictool.reduce.step_report import StepFigure
 class BacklashChain:
     """Backlash of a mechanism in the coordinate of its source.
 
-    chain: links with backlash on one path from the source, the path with the largest backlash.
+    chain: links with backlash on that path from the source which has the largest total backlash.
     width: sum of the widths of the backlash of these links [rad | m].
     before_sensor: width of the backlash between source and sensor [rad | m].
     hiding: names of the links with backlash between source and sensor.

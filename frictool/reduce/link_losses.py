@@ -14,8 +14,8 @@ exceeds the tangent of its angle. No load moves such a link, and the source must
 load. A load that accelerates downwards presses less on the link, so that s < 0. The reflected
 inertia of the whole mechanism is then less than the inertia of the motor alone.
 
-The step never describes the losses by an efficiency (thesis (2.14)) instead of friction. With an
-efficiency, a load that drives the motor back would give an oscillator without damping.
+The step describes the losses by friction, not by an efficiency (thesis (2.14)). With an efficiency,
+a load that drives the motor back would give an oscillator without damping.
 """
 
 from __future__ import annotations

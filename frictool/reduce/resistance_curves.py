@@ -24,7 +24,7 @@ NOTHING = 1e-12  # largest omitted curve, relative to the largest effort
 
 @dataclass(frozen=True)
 class LinkLoss:
-    """Losses of a link of ratio 1 between a near side, towards the source, and a far side.
+    """Losses of a link of ratio 1; the near side is towards the source, the far side towards loads.
 
     drive: lost effort divided by the transmitted effort, while the near side drives.
     back: lost effort divided by the transmitted effort, while the far side drives.
@@ -62,7 +62,7 @@ class LinkLoss:
 
     @property
     def factor(self) -> float:
-        """Return (friction at the near side)/(friction at the far side)."""
+        """Return the factor that reflects friction at the far side to the near side."""
         return 1.0 + self.drive if self.from_near else 1.0 / (1.0 - self.back)
 
 

@@ -21,9 +21,9 @@ UNSTABLE = "the sampled loop is unstable there"
 def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge the smallest modulus margin of all streams.
 
-    The requirement is not met if the margin with a simulated plant or a vertex of the controller is
-    too small. The requirement is undecided if the plant of a simulated stream is unknown, or if the
-    controller was not verified for this plant or rig.
+    The requirement is not met if the margin is too small with a simulated plant, or at a vertex
+    that the controller document lists. The requirement is undecided if the plant of a simulated
+    stream is unknown, or if the controller was not verified for this plant or rig.
     """
     limit = spec.modulus_margin
     undecided = Requirement("modulus_margin", "modulus_margin", None, limit, "", None, ">=")

@@ -28,7 +28,7 @@ BEYOND_SETTLING = 1.6  # shown duration relative to the slowest response
 
 
 def step_views(spec: Spec, judged: Judged) -> list[PageFigure]:
-    """Return a figure for each of the first twelve steps, with all streams that contain it."""
+    """Return a figure for each of the first twelve steps, with every stream that has this step."""
     return [
         _view(spec, plays, f"step-{index}")
         for index, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1)

@@ -116,8 +116,8 @@ class AxisChannels:
 
         - record: simulated signals (n, 7) with the columns of engine/closed_loop.py
         - values: internal signals of the controller
-        - judged: True to leave out signals that no metric reads (effort, true drive, true position
-          of the motor, disturbance, drifts, temperature)
+        - judged: True if only metrics read the stream, so that other signals are left out (effort,
+          true drive, true position of the motor, disturbance, drifts, temperature)
 
         The measurement noise of the drive is drawn with the seed (scenario seed, index).
         """

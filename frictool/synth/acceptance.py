@@ -1,4 +1,4 @@
-"""Acceptance test that every controller candidate must pass before it becomes a document.
+"""Acceptance test that a controller candidate must pass before its document is written.
 
 At every vertex, the sampled loop is rebuilt in physical units from the stored coefficients, with
 the sample period and the delay in bench.yaml. The rounded coefficients are checked in the same

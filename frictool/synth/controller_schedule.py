@@ -1,4 +1,4 @@
-"""Scheduled controller: interpolation between the controllers at the corners of the parameters.
+"""Scheduled controller: interpolation between the controllers at the parameter corners.
 
 Thesis (5.46) and (5.64) define the weights of the interpolation. The interpolated controller
 satisfies the matrix inequalities of the synthesis only if the plants are affine in the parameters

@@ -2,15 +2,15 @@
 
     position_law            gain of the square-root law: from friction and inertia of the model
                             band: the encoder's step (thesis 5.7)
-    velocity                filter: 10 times the prefilter's frequency, see thesis (5.70)
+    velocity                filter_rad_s: 10 times the prefilter's frequency, thesis (5.70)
     limiter                 inertia and Coulomb friction of the model
-                            band delta_e: the encoder's step, the least allowed (thesis 5.2.2)
+                            band delta_e: the encoder's step, its least value (thesis 5.2.2)
                             v_r = 10 F_cv T/J: a viscous brake near standstill, with a time constant
                             of 10 samples
     profile, feedforward    synth/tracking_blocks.py
     friction_compensation   levels of the model, or its friction against speed as a table
                             smoothing_speed: the peak that one encoder count causes in the filtered
-                            speed; no rule for the speed of a sensor
+                            speed; the design must state it if a sensor measures the speed
 
 Here v_r is `virtual_speed`, F_cv `virtual_coulomb`, T the period and J the inertia. For the mass of
 table 5.1, v_r is 0.01 m/s. The thesis (5.2.5) has 10 m/s, which hardly brakes.

@@ -243,7 +243,7 @@ def _scheduled(controller: Controller, schedule: Schedule) -> Schedule:
 
 
 def _contradicted_bounds(verified: Verified) -> Iterator[FigureDifference]:
-    """Yield each upper bound of the document that is below a norm at a vertex."""
+    """Yield each upper bound of the norm that is below the document's verified norm."""
     if verified.robustness is None:
         return
     for name in SOLVED:

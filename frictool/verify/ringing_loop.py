@@ -32,8 +32,8 @@ class RingingCheck:
 
     - plant: plant with the smallest margin
     - required: required margin
-    - slower: smallest factor of SLOWER by which all time constants of the controller must be longer
-      for the required margin; 1 if the controller already has this margin, None if no factor
+    - slower: smallest factor in SLOWER that gives the required margin if it multiplies all time
+      constants of the controller; 1 if the controller already has this margin, None if no factor
       suffices
     """
 
@@ -72,7 +72,7 @@ def doubt_words(plant: TwoInertias, failure: str, slower: float | None = None) -
 
 
 def ringing_doubt(controller: Controller) -> str:
-    """Return the reason why the margins at the vertices may be wrong; "" if they are not."""
+    """Return the reason why the margins at the vertices may be wrong; "" if there is none."""
     if controller.ringing is None:
         return ""
     return ringing_check(controller, vertex_points(controller), controller.ringing).doubt
@@ -87,8 +87,8 @@ def ringing_check(
     after it stops. The delays are those of the check without the oscillation; a margin is required
     at the bench's delay only.
 
-    A slower loop with this oscillation has, apart from the delay, the margins of the present loop
-    with a faster oscillation.
+    To find the factor `slower`, the oscillation is made faster instead of the loop slower; apart
+    from the delay, the margins are the same.
     """
     checks = [*_checks(controller, points, oscillation)]
     worst = checks[smallest(_reserves(checks))[1]]

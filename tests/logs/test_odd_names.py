@@ -135,7 +135,7 @@ def test_the_bag_that_was_found(tmp_path: Path):
                 *words, "-o", tmp_path / "out.yaml" if "--guess" in words else tmp_path / "out.mcap"
             ),
             3,
-            "a row of its table topics is",
+            "a row of its table 'topics' is",
         )
 
 

@@ -42,7 +42,7 @@ class HoldDetector:
         self._last = float(values[-1])
 
     def samples(self, step: float | None) -> int | None:
-        """Return for how many samples the signal keeps a value; None without zero-order hold.
+        """Return the hold time in samples of the log; None without zero-order hold.
 
         step: quantisation step of the signal; None if the signal is not quantised.
         """

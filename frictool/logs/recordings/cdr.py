@@ -215,7 +215,7 @@ class _CdrReader:
                 name = path if count is None else f"{path}[{named[k] if named else k}]"
                 self.message(part.kind, f"{name}.", labels)
         elif part.kind == "wstring":
-            raise ValueError(f"has wide text in {path!r}, which has no unique encoding")
+            raise ValueError(f"has a wstring in {path!r}, of unknown encoding; allowed: string")
         elif part.kind == "string":
             texts = tuple(
                 self.text(part.name in LABELS) for _ in range(1 if count is None else count)

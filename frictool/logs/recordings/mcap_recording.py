@@ -105,7 +105,7 @@ class _McapPass:
     def take(self, opcode: int, body: bytes) -> None:
         """Store what a record declares.
 
-        A damaged record is ignored. The damage is reported when a message of its channel is read.
+        A damaged record is skipped. Reading a message of its channel then reports the damage.
         """
         with suppress(*UNREADABLE):
             self.declarations.take(opcode, body)

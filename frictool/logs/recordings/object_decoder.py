@@ -24,7 +24,7 @@ def numbers(
 
     message: mapping, sequence or number.
     path: path of `message` itself.
-    labels: names of the elements, for each sequence that has as many elements as `labels`.
+    labels: names of sequence elements; used for each sequence of the same length as `labels`.
 
     The path of an element of a sequence contains the index of the element. An element with a label
     is yielded twice: first with the label in place of the index, then with the index. A sequence

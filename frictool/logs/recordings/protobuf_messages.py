@@ -52,15 +52,15 @@ def _add(pool: Any, files: dict[str, Any]) -> None:
             None,
         )
         if name is None:
-            raise ValueError("files of descriptors depend on each other")
+            raise ValueError("its descriptor files import each other in a circle")
         pool.Add(files.pop(name))
 
 
 def _mapping(message: Any) -> dict[str, object]:
     """Return a message as a mapping of its fields.
 
-    Nested messages and optional fields that are not set are omitted. Any other field that is not
-    set has its default value.
+    A field that is not set is omitted if it is optional or a nested message; otherwise it has its
+    default value.
     """
     values: dict[str, object] = {}
     for field in message.DESCRIPTOR.fields:

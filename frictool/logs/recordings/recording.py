@@ -5,8 +5,8 @@ Each topic has its own time base.
     container ──Messages, MessageGap, Messages, ...──▶ decoder ──numbers──▶ TopicTable
 
 The name of a column is its path: `/joint_states.position[arm]`, `/motor.data`,
-`/imu.linear_acceleration.x`. An element of an array has two names: one with its index from 0, and
-one with its text in the `name` array of the same message.
+`/imu.linear_acceleration.x`. The name of an array element contains its index from 0.
+If the message also has an array `name` of labels, the element has a second name with its label.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Topic:
     kind: name of the type of the messages.
     decoder: decoder of the messages; None if they cannot be decoded.
     refused: reason why the messages cannot be decoded; "" if they can be decoded.
-    paths: dictionary with the paths of the numbers in the first messages as keys.
+    paths: paths of the numbers in the first messages: the keys of a dictionary without values.
     stamp: (path of the time stamp in the messages, paths of its seconds and nanoseconds); None if
         the messages have no stamp.
     apart_s: largest difference in s between stamp and log time. A large value means that the two
@@ -103,7 +103,8 @@ class Topic:
     def sample(self, messages: Messages) -> None:
         """Set `paths`, `stamp` and `apart_s` from the topic's first messages.
 
-        Damaged messages only set `refused`. A stamp that is 0 in all these messages is ignored.
+        A damaged message only sets `refused` to the reason. A stamp that is 0 in all these messages
+        is ignored.
         """
         first = messages.at(slice(0, max(0, SAMPLED - self.sampled)))
         self.sampled += first.start.size
@@ -169,7 +170,7 @@ class TopicTable:
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with the name or number (from 1) `wanted`, else None.
+        """Return the name of the column `wanted`, a name or a number from 1; else None.
 
         An array element that has a label may also be requested by its index.
 

@@ -28,8 +28,8 @@ def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
     """Return the recordings that the files and folders contain; a recording is a tuple of files.
 
     Files with names such as `run_0.mcap` and `run_1.mcap` are parts of one recording if they are
-    listed one after the other. Their numbers must begin at 0 and have no gaps; their order does not
-    matter. Any other file, and any canonical log, is a recording by itself. Raises LogError if a
+    listed without other files between them, in any order, and if their numbers begin at 0 and have
+    no gaps. Any other file, and any canonical log, is a recording by itself. Raises LogError if a
     folder is not a ROS 2 bag.
     """
     recordings: list[tuple[Path, ...]] = []

@@ -86,7 +86,7 @@ class Db3Recording:
             number, name, kind, encoding = row
             if not isinstance(number, int) or not all(isinstance(text, str) for text in row[1:]):
                 raise sqlite3.DataError(
-                    f"a row of its table topics is {str(row)[:LONGEST_ROW]}; allowed: "
+                    f"a row of its table 'topics' is {str(row)[:LONGEST_ROW]}; allowed: "
                     "a number and three texts"
                 )
             form, text = definitions.get(kind, ("ros2msg", ""))
@@ -150,7 +150,7 @@ class Db3Recording:
             ]
             if bad:
                 raise sqlite3.DataError(
-                    f"row {bad[0][0]} of its table messages has no valid time or no content"
+                    f"row {bad[0][0]} of its table 'messages' has no valid time or no content"
                 )
             yield (
                 pack_messages([row[1] for row in part], [row[2] for row in part]),

@@ -84,7 +84,7 @@ def is_stamp(cell: str) -> bool:
 
 
 def order_of_dates(cells: Sequence[str]) -> int | None:
-    """Return the order of day, month and year in the dates of `cells` (iso8601.py).
+    """Return the order of day, month and year in the dates of `cells`, a constant of iso8601.py.
 
     The result is None if the year comes last and it is unclear in every date which number is the
     day.

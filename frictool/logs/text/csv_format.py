@@ -89,7 +89,7 @@ class CsvTable:
         self.units = dict(zip(text_layout.names, text_layout.units, strict=True))
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column with the name or number (from 1) `wanted`, else None.
+        """Return the name of the column `wanted`, a name or a number from 1; else None.
 
         Raises LogError if there is no such column because the file is in long format.
         """

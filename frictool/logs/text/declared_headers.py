@@ -93,8 +93,8 @@ X_VALUE = "X_Value"
 def labview_dialect(lines: Sequence[str]) -> tuple[str | None, str | None, int]:
     """Return the delimiter, the decimal mark, and the index of the first line of samples.
 
-    Delimiter and mark are values of `Layout`; they are None if not declared. The index is 0 if the
-    file is not a LabVIEW measurement, or has no second header.
+    Delimiter and mark are words as in `Layout`, such as `comma`; None if not declared. The index is
+    0 if the file is not a LabVIEW measurement, or has no second header.
     """
     if not lines or not lines[0].startswith(LABVIEW):
         return None, None, 0

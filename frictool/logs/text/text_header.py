@@ -69,8 +69,8 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
     This row has the most frequent number of cells. It has numbers in most of the numeric columns,
     which are defined at the top of this file. A row such as `Probe Attenuation,10,10` has a text in
     the first column although this column is numeric. Such a row is metadata unless the next
-    nonblank line is a row of numbers. If there is no such row of numbers, the result is the first
-    row with this number of cells.
+    nonblank line is a row of numbers. If no row meets these conditions, the result is the first row
+    with numbers and the most frequent number of cells.
     """
     numeric = [(index, row) for index, row in enumerate(rows) if any(map(is_number, row))]
     if not numeric:

@@ -168,7 +168,7 @@ def find_layout(
 def _header(
     path: Path, rows: list[list[str]], layout: Layout, value: Number, is_number: IsNumber
 ) -> DeclaredHeader:
-    """Return the header: in the line that bench.yaml gives, else as declared, else as detected."""
+    """Return the header from bench.yaml's lines, else the instrument's, else the detected one."""
     after = max(layout.header_line or 0, layout.unit_line or 0)
     if layout.header_line is None and layout.unit_line is None and layout.first_line is None:
         try:
@@ -216,7 +216,7 @@ def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
     if first is not None:
         return f"has {len(rows)} lines, but layout.first_line is {first + 1}"
     if after:
-        return f"has no row of numbers after line {after}, where the header in bench.yaml ends"
+        return f"has no row of numbers after line {after}, the last header line in bench.yaml"
     if sum(any(row) for row in rows) == 1:
         return "has a header, but no rows"
     return (

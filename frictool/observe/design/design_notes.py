@@ -53,8 +53,8 @@ def _encoder(observer: Observer, switched: Switched) -> str:
     return (
         f"the encoder is coarse: one count of {step:.4g} {position} changes the estimated speed by "
         f"up to {speed:.3g} {velocity} and the wear by up to {wear:.3g}{effort}; use an encoder "
-        f"with counts below {COARSE * sigma * observer.sample_period_s:.2g} {position}, or use "
-        "--kind tracking, and `observe run` for the wear"
+        f"with counts below {COARSE * sigma * observer.sample_period_s:.2g} {position}, or "
+        "estimate the speed with --kind tracking and the wear with `observe run`"
     )
 
 

@@ -84,7 +84,7 @@ def turning_points(friction: FrictionMap, direction: int) -> list[float]:
 
 
 def _where(friction: FrictionMap, direction: int, low: float, high: float, part: float) -> float:
-    """Return the position at which friction has made the fraction `part` of its change.
+    """Return the position at which the fraction `part` of the friction's change is complete.
 
     The change runs from the position `low` to the position `high`; `part` is 0 to 1.
     """

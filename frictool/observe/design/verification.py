@@ -155,7 +155,7 @@ def _simulated(
     sequences: NDArray[np.intp],
     solution: SwitchedGains,
 ) -> float:
-    """Return the largest gain |z|/|Delta| from model error to weighted error over all sequences.
+    """Return the largest gain |z|/|Delta| from model error to weighted error in `sequences`.
 
     Raises NoSolutionError if a sample with Delta = 0 multiplies e' P e by more than lambda^2.
     """

@@ -162,14 +162,14 @@ def friction_along(
     - load: array of plant/position_load.py
     - gap: (2, 3); the rows are the width of the backlash [rad | m] and the friction inside the
       backlash [N m | N], the columns are value, low and high
-    - swing: inertia divided by two counts; swing v^2 is the effort that stops the axis within one
-      count
+    - swing: inertia/(2 encoder steps); swing v^2 is the effort [N m | N] that stops the axis within
+      one encoder step
     - factors: (3, 3); the rows are wear forward, wear backward and added friction, the columns
       value, low and high
     - zones: (k, 5), one row for each zone; the columns are start and end [rad | m], then value, low
       and high of the wear
-    - falls: (n, 2), friction at the speed of each sample that falls with speed and is not in the
-      model, and its half width [N m | N]
+    - falls: (n, 2), at each sample: friction that falls with speed and is not in the model, and its
+      half width [N m | N]
     - quantile: quantile of the normal distribution for the intervals
     - x, effort: position [rad | m] and effort [N m | N], (n,)
     - v: (3, n), value, low and high of the velocity [rad/s | m/s]

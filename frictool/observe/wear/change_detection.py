@@ -5,7 +5,7 @@ filter_bank.py). Let h = A[:, w] be the effect of a unit step of parameter w on 
 maximum-likelihood step is delta = h'S^-1 e / h'S^-1 h. Without a change, delta is normal with the
 standard deviation (h'S^-1 h)^-1/2, because the innovations are white. To detect a drift that no
 single move shows, numerators and denominators of successive moves are summed. There is one sum for
-each q in MEMORIES, in which a move that is j moves old has the weight q^j.
+each q in MEMORIES; j moves later, a move has the weight q^j in this sum.
 
 A change of one parameter resembles changes of others. Only the most likely change is therefore
 reported. The log prior of a change of the wear exceeds the log prior of other changes by FAVOUR.

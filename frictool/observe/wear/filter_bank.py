@@ -214,9 +214,10 @@ class FilterBank:
         return float(np.max(self.deviations[:, self.names.index(name)]))
 
     def unexplained(self, name: str, gram: Vector, rows: int) -> float:
-        """Return the rms of a parameter's regressor that the other regressors do not explain.
+        """Return the rms of the part of a regressor that the other regressors do not explain.
 
-        `gram` (p + 1, p + 1) is the sum over `rows` rows. The other parameters keep their prior.
+        The regressor is that of the parameter `name`. `gram` (p + 1, p + 1) is the sum of row' row
+        over `rows` rows. The priors limit the values of the other parameters.
         """
         size = gram.shape[0] - 1
         best = int(np.argmax(self.weights))
@@ -256,8 +257,8 @@ class FilterBank:
         """Return the noise variance r for a move [(N m)^2 | N^2].
 
         r is the variance learned so far. If the residual of the move is significantly larger, r
-        includes this residual. Otherwise a noisy first move would have the weight that follows from
-        the prior variance. `left` contains the squared residuals of the present filters, (k,).
+        includes this residual, so that a noisy first move has less weight. `left` contains the
+        squared residuals of the present filters, (k,).
         """
         known = noise = self.noise
         # fitted without earlier moves, because a changed parameter is not noise

@@ -49,8 +49,8 @@ class UnmodelledFriction:
 
     - slope, deviation: mean and standard deviation of the part that is proportional to speed
     - bend: standard deviation of the friction that each bend (change of the slope over speed) adds
-    - fall: mean of the friction that falls with speed on the scale w of index `at`, at speed 0
-    - fallen: standard deviations of the falls on each scale w
+    - fall: mean of friction that falls with speed, at speed 0; `at`: index of its speed scale w
+    - fallen: standard deviation, for each scale w, of friction that falls with speed
     """
 
     slope: float = 0.0

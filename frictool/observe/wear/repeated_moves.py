@@ -1,8 +1,8 @@
 """Number of moves that are similar to each other.
 
 Similar moves have the same model errors, so that a group of similar moves is treated as one move.
-Two moves are similar if their normalised friction columns differ by less than ALIKE, as the columns
-of moves through the same zones do.
+Two moves are similar if their normalised friction columns differ by less than ALIKE, for
+example because the moves pass through the same zones.
 """
 
 from __future__ import annotations

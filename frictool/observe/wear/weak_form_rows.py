@@ -219,10 +219,11 @@ def walk(
 ) -> int:
     """Process samples from `begin` until a move has ended or fewer than `reach` samples remain.
 
-    - position, effort: (n,), with at least window + reach samples before `begin`
+    - position, effort: (n,), with at least window + reach samples before `begin` (lengths of the
+      row's window and of the differences that give the speed, weak_form_layout.py)
     - gram: sum of row' row of the current move, (p + 1, p + 1)
     - move: numbers of the current move, in the order of the module's constants, (5,)
-    - warm: factors of viscous and dry friction, (2, n)
+    - warm: factors of viscous and dry friction at the temperature of each sample, (2, n)
 
     Return the index of the next sample to process; move[ENDED] is 1 if the move has ended.
     """

@@ -16,9 +16,9 @@ not reduce: the model's dependence of friction on position and speed is not exac
 approximations.
 
 The inertia shows only in the acceleration that the other parameters do not explain. An unknown
-effort that follows this acceleration looks like inertia. Its interval includes an effort of ROUGH
-times the dry friction, and the rounding of the encoder. If the interval becomes wider than the
-prior, the moves do not determine the inertia.
+effort that follows this acceleration looks like inertia. The inertia's interval therefore includes
+an effort of ROUGH times the dry friction, and the rounding of the encoder. If it becomes wider than
+the prior, the moves do not determine the inertia.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ class WearEstimator:
         return self.estimate
 
     def _inertia_deviation(self, move: Move) -> float:
-        """Add a move; return the inertia's deviation from unmodelled efforts [kg m^2 | kg].
+        """Add a move; return the inertia's deviation due to unmodelled efforts [kg m^2 | kg].
 
         The efforts are the error of the model's friction and the effort of the encoder's rounding.
         More moves do not reduce this deviation, because similar moves repeat both errors.
