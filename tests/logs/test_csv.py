@@ -271,7 +271,7 @@ def test_the_layout_of_the_bench_is_not_looked_for(tmp_path: Path):
         "y": [1, 2],
     }
     assert read(tmp_path, "x,y\n0,1", layout=Layout(whole=True)) == {"x": [0], "y": [1]}
-    with pytest.raises(LogError, match=r"has no row of numbers after line 4, where the header"):
+    with pytest.raises(LogError, match=r"has no row of numbers after line 4, the last header line"):
         opened(tmp_path, GOOD, Layout(header_line=4))
     with pytest.raises(LogError, match=r"layout.first_line is 9"):
         opened(tmp_path, GOOD, Layout(first_line=9))
