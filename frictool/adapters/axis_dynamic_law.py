@@ -1,8 +1,8 @@
 """Dynamic friction law of a model.yaml with the key `presliding`.
 
-The parameters of the law are computed as in `compare` (`LawParameter.comparison_value`). If a plant
-has c times the Coulomb friction of the model, the stiffness and the damping of the contact are
-multiplied by c, too, so that the deflections do not change.
+The parameters of the law equal those in the command `compare` (`LawParameter.comparison_value`). If
+a plant has c times the Coulomb friction of the model, the stiffness and the damping of the contact
+are multiplied by c, too, so that the deflections do not change.
 """
 
 from __future__ import annotations
@@ -108,7 +108,8 @@ def _bank(fitted: MaxwellSlip, breakaway: float, limit: float) -> tuple[float, V
     """Return the displacement [rad | m] at breakaway and the elements (2 n,) of a Maxwell-slip law.
 
     The elements represent the fitted friction over the displacement, up to the breakaway. If the
-    fitted curve ends below the breakaway, a straight line extends it to the breakaway at `limit`.
+    fitted curve ends below the breakaway, a straight line extends it to the breakaway at the
+    displacement `limit`.
     """
     displacement, force = np.array(fitted.displacement), np.array(fitted.force)
     below = force < breakaway

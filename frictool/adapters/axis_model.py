@@ -74,7 +74,7 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
 
 
 def extended_axis(model: Model) -> Vector:
-    """Return the model's axis without end stops, with all values of `AxisLaws`, for kernels."""
+    """Return the model's axis without end stops, as the array of parameters that kernels read."""
     axis = axis_of(model)
     return axis._replace(laws=axis.laws._replace(stops=(-NEVER, NEVER))).as_array()
 

@@ -149,8 +149,8 @@ def _largest_ratio(
 ) -> float:
     """Return the largest quotient of two normalised polynomials > 0 over [low, high].
 
-    Dinkelbach's iteration: the quotient at the minimum of (quotient times `above` minus `below`)
-    is the next, larger quotient.
+    The quotient is `below`/`above`. Dinkelbach's iteration: the next quotient is the one at the
+    position where (present quotient) `above` - `below` is smallest.
     """
     size = max(len(below), len(above))
     lower, upper = (

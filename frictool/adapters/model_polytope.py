@@ -65,7 +65,7 @@ def default_unit(model: Model) -> float:
     """Return the effort [N m | N] that corresponds to 1 in the uncertainty channel.
 
     The effort is the half-width of the Coulomb friction's interval. If this half-width is 0, the
-    effort is the error at the drive's limit that the half-widths of constant and inertia cause. If
+    effort is the error that the half-widths of constant and inertia cause at the drive's limit. If
     this error is also 0, the result is 1.
     """
     widths = half_widths(model)

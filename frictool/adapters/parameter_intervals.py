@@ -94,7 +94,7 @@ def breakaway_ratio(model: Model) -> tuple[float, float]:
     The range is the model's interval of the breakaway, divided by the Coulomb friction. It is cut
     to the range of three quotients: of the lower ends, of the values, and of the upper ends of the
     two intervals. A breakaway that was assumed to be 1 to 1.5 times the Coulomb friction therefore
-    has these ratios. The Coulomb friction must be above 0.
+    gives the range 1 to 1.5. The Coulomb friction must be above 0.
     """
     breakaway, coulomb = model.parameters.breakaway, model.parameters.coulomb
     value = breakaway.value / coulomb.value

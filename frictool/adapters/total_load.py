@@ -13,9 +13,9 @@ POSITIONS = 201  # number of positions at which the stated total is compared wit
 def valid_total(model: Model) -> TotalLoad | None:
     """Return `laws.load.total` of the model if it holds for the model's offset and loads.
 
-    Return None if the travel in the bench goes beyond the positions of the total. Return None, too,
-    if the sum of the model's offset and loads leaves the interval of the total, because a part of
-    the model was then edited.
+    Return None if the travel in the bench goes beyond the positions of the total. Also return None
+    if the sum of the model's offset and loads leaves the interval of the total: the user then
+    edited a part of the model.
     """
     load = None if model.laws is None else model.laws.load
     if load is None or load.total is None:

@@ -67,7 +67,7 @@ class TwoInertias:
 
     @property
     def pole(self) -> float:
-        """Return the frequency of both bodies, relative to the oscillation after stops."""
+        """Return (frequency at which both bodies oscillate)/(frequency after stops)."""
         return 1.0 / math.sqrt(1.0 - self.share) if self.rests else 1.0
 
     def resonances(self) -> Resonances:

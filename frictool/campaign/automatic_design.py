@@ -238,13 +238,13 @@ class _Search:
     def eased_outcome(
         self, easing: float, family: CandidateFamily
     ) -> tuple[_Search, FamilyOutcome]:
-        """Search a family for a longer response time; return the search and its outcome."""
+        """Search a family of controllers for a longer response time; return (search, outcome)."""
         eased = self.eased(easing)
         self.progress(f"search: first for a response time of {eased.scales.response:.4g} s")
         return eased, eased.of(family).run(self.progress)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
-        """Search a family again, first for a longer response time, then for shorter times.
+        """Search a family of controllers again, first for longer, then for shorter response times.
 
         Each search starts from the design of the previous search. Return the outcome of the last
         search, for the specified response time, in a list. The list is empty if a search for a

@@ -204,7 +204,7 @@ def campaign(
 def findings_of(
     trial: TrialPlayer, trials: Trials, worst: Sequence[WorstCase], request: CampaignRequest
 ) -> Findings:
-    """Return the statistics of the trials, with the warnings and the doubt about the test."""
+    """Return the statistics of the trials, with warnings and reasons why the axis may differ."""
     return find(
         trials,
         request.method,
@@ -227,7 +227,7 @@ def conduct(
 ) -> tuple[Trials, list[WorstCase]]:
     """Run the trials of all draws, and search for the worst cases if `evaluations` is not 0.
 
-    `shared`: result of `sharing`, a function of the expected duration of the work [s].
+    `shared`: result of `sharing`.
     `commands`: function that returns the commands to simulate the scenario file of a given name.
 
     Raises NoSolutionError if the simulation of the nominal plant decides no requirement.

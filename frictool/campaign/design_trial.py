@@ -75,7 +75,7 @@ class DesignTest:
 
     @cached_property
     def extremes(self) -> tuple[int, ...]:
-        """Return the indices of the vertices nearest to EXTREMES; (0,) without vertices."""
+        """Return the vertices at the range ends in EXTREMES, as indices; (0,) without vertices."""
         if not self.vertices:
             return (0,)
         vertices = self.plants[1 : 1 + self.vertices]
@@ -103,8 +103,8 @@ class DesignTest:
 
         An entry of MOVED shifts the start positions and the targets by fractions of an encoder
         count. Each judge simulates the nominal plant, the vertices and OTHERS new random plants. If
-        the breakaway has a range, it is at the upper end in the vertices of every other judge, from
-        the first judge on, and at the lower end in the vertices of the remaining judges.
+        the breakaway has a range, the vertices of the first, third, ... judge have its upper end,
+        those of the second, fourth, ... judge its lower end.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -145,7 +145,7 @@ class DesignTest:
         """Simulate the worst plants of a controller with each of `judges`; return the verdicts.
 
         `found`: results of the controller on all plants. For each requirement, only the WORST
-        plants that are closest to a violation in `found`, or violate it most, are simulated.
+            plants with the smallest reserve in `found` are simulated.
         """
         chosen: dict[tuple[float, ...], int] = {}
         for reserves in np.transpose(found.reserves):

@@ -1,13 +1,12 @@
 """Reasons why a controller that passes its test on a model may fail on the axis.
 
-- The axis rings after it stops, but the model is rigid. This is no reason if two conditions hold
-  on plants of two inertias that ring like the axis (verify/ringing_loop.py): the loops have the
-  specified margin, and the controller meets the specification in the steps of the test (nominal
-  parameters only).
-- The logs show a lag or delay that the bench does not state (`late_position`). This is no reason
-  if the loops tolerate a delay of this length, and if the controller meets the specification in the
-  steps of the test with a drive that has this lag in addition (nominal parameters only).
-- The model is valid on one side of a position only, but the steps of the test leave this side.
+- The axis rings after it stops, but the model is rigid. This is no reason if two conditions hold on
+  nominal plants of two inertias that ring like the axis (verify/ringing_loop.py): the loops have
+  the specified margin, and the controller meets the specification in the steps of the test.
+- The logs show a lag or delay that the bench does not state (`late_position`). This is no reason if
+  the loops tolerate a delay of this length, and if the nominal plant with this additional lag meets
+  the specification in the steps of the test.
+- The model is valid on one side of a position only, and the steps of the test leave this side.
 """
 
 from __future__ import annotations
@@ -139,7 +138,7 @@ def _of_late_position(
 
 
 def _slower(document: Document, lag: float) -> Document:
-    """Return the document with a drive whose time constant is longer by `lag` [s]."""
+    """Return the model or controller with a drive whose time constant is longer by `lag` [s]."""
     bench = document.bench
     time_constant = bench.actuator.loop_time_constant_s + lag
     actuator = structs.replace(bench.actuator, loop_time_constant_s=time_constant)

@@ -1,10 +1,10 @@
 """Narrower range of one parameter with which a candidate of a failed search passes every test.
 
-If a range prevents a design, candidates fail only with plants on one side of the nominal value. The
-cut is the parameter value of the passing plant that is closest to the failing plants. The narrower
-range extends from the cut to the end of the range on the other side of the nominal value. It is
-reported only if the candidate passes all tests with new plants from the narrower range, and is
-verified. Otherwise the cut is moved towards the nominal value.
+If the range of a parameter prevents a design, candidates fail only with plants on one side of its
+nominal value. The cut is the parameter value of the passing plant that is closest to the failing
+plants. The narrower range extends from the cut to the opposite end of the range. It is reported
+only if the candidate passes all tests with new plants from the narrower range, and is verified.
+Otherwise the cut is moved towards the nominal value.
 """
 
 from __future__ import annotations

@@ -60,16 +60,16 @@ class NarrowerRange:
 class SearchFindings:
     """Findings on the candidates of a search that found no design.
 
-    - best: of the examined candidates, the one whose largest violation on all plants is smallest;
-      None if no examined candidate can be simulated with all plants
+    - best: examined candidate with the smallest of the largest violations on all plants; None if no
+      examined candidate can be simulated with all plants
     - accepted: True if the best candidate passes every test and is verified
     - places: for each requirement that the best candidate misses in the whole test, step and plant
       of the worst value
-    - relaxations: requirements with a relaxed limit; with any one of them, a candidate passes every
-      test
+    - relaxations: requirements with a relaxed limit; a candidate passes every test if one of these
+      limits is relaxed
     - examined: candidates closest to the limits, with their results on all plants
     - narrower: range of one parameter with which a candidate passes every test, or None
-    - nominal: True if a candidate meets every requirement with the nominal plant alone
+    - nominal: True if a candidate meets every requirement on the nominal plant
     """
 
     best: Candidate | None = None
@@ -194,7 +194,7 @@ class CandidateExamination:
         return None
 
     def _passing_limit(self, design: Design, metric: Any) -> float | None:
-        """Return the limit of a requirement with which a design passes every test, or None."""
+        """Return the limit of one requirement that lets a design pass every test, or None."""
 
         def condition(played: JudgedRuns) -> bool:
             return others_missed(missing(played), metric.key)

@@ -45,7 +45,7 @@ UNJUDGED = (*LONG_HOLD, "modulus_margin")  # the margin does not depend on the s
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShorterStep(ResultView):
-    """Verdict on a step of `length` [rad | m] from the position `start`, back, and out again."""
+    """Verdict on steps of `length` [rad | m]: from the position `start`, back, and out again."""
 
     length: float
     start: float
@@ -64,8 +64,7 @@ class ShorterSteps(ResultView):
     """Verdicts on all shorter steps, shortest first.
 
     - plants: names of the plants by index
-    - not_judged: keys of specified requirements that need a long hold, or that a run leaves
-      undecided
+    - not_judged: keys of specified requirements that need a long hold, or that a run did not decide
     - unit: unit of a length
     """
 
@@ -171,7 +170,7 @@ def _scenarios(test: DesignTest, length: float) -> list[Scenario]:
 
     The end is the lowest position of the default steps in one scenario, and the highest in the
     other. The first step of a scenario is not judged if the axis does not move
-    (reference_holds.py). Therefore this step is repeated.
+    (reference_holds.py). The third step therefore repeats it.
 
     """
     model = test.model

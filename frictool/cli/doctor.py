@@ -147,7 +147,9 @@ def _cleaned() -> tuple[list[str], dict[str, Any]]:
     lines.append(
         f"removed: the kernels of {len(gone)} former version{'' if len(gone) == 1 else 's'}"
     )
-    lines += [f"left: {one.folder.path} ({one.kept_by or 'cannot be removed'})" for one in left]
+    lines += [
+        f"not removed: {one.folder.path} ({one.kept_by or 'cannot be removed'})" for one in left
+    ]
     return lines, {
         "removed": [*parts, *(str(path) for path in gone)],
         "left": [str(one.folder.path) for one in left],

@@ -109,7 +109,7 @@ def _missed(wanted: dict[str, float], promised: dict[str, float], bench: Any) ->
     for name, part in wanted.items():
         value = breakaway_range(bench)[1] if name in RAMPS else bench_value(bench, name)
         if name not in promised:
-            out.append(f"{name}: `identify` does not identify it from the simulated test")
+            out.append(f"{name}: `identify` cannot determine it from the simulated test")
             continue
         reached = promised[name] / value
         if reached > part * (1.0 + 1e-9):

@@ -31,7 +31,7 @@ def load_mechanism(path: Path) -> tuple[Mechanism, AssembledMechanism]:
 
 
 def print_notes(path: Path, assembled: AssembledMechanism) -> None:
-    """Print the notes that the assembly of a mechanism produced on stderr."""
+    """Print on stderr the notes from the assembly of a mechanism."""
     from frictool.cli.console_output import note
 
     for message in assembled.notes:

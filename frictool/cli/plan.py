@@ -38,7 +38,7 @@ identified values only, the next test is designed to halve the intervals. A para
 do not show keeps its range.
 
 Each test respects the limits of travel, speed and drive for all parameter values within the bench's
-ranges. A column feedforward in the test is the effort that the position loop has to add.
+ranges. Add the column feedforward of the test to the effort of the position loop.
 `frictool simulate --as-bench` plays a test without hardware.
 
 Exit code 1 if the direction of the encoder is wrong, if two tests show neither inertia nor

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def with_observer_option(document: Controller, observer: Path | None) -> Controller:
-    """Return the controller that uses the speed estimate of `observer`; None changes nothing."""
+    """Return the controller with the speed estimate of `observer`; unchanged if this is None."""
     if observer is None:
         return document
     from frictool.documents.observer import Observer

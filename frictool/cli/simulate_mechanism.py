@@ -45,7 +45,7 @@ class EventsOutput:
         self._table.add(moved)
 
     def save(self, inputs: list[Path]) -> None:
-        """Write the table to the file, if --events is used."""
+        """Write the table of events to the file of --events, if this option is used."""
         if self.path is not None and self._table is not None:
             save_text(self.path, self._table.text, inputs)
 

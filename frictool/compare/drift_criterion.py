@@ -14,10 +14,10 @@ LIMIT = 1.0  # largest displacement without drift, units of z_max
 
 @dataclass(frozen=True)
 class DriftResult:
-    """Displacement in the drift test from 5 s to 102 s (194 cycles), in SI and relative to z_max.
+    """Displacement between 5 s and 102 s of the drift test, in SI and relative to z_max.
 
-    z_max is the largest presliding displacement. The times are for a unit of time of 1 s, as in
-    thesis table 3.1.
+    z_max is the largest presliding displacement. Both times scale with the test's unit of time,
+    which is 1 s for thesis table 3.1.
     """
 
     displacement: float

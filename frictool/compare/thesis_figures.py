@@ -112,7 +112,7 @@ def _inputs(comparison: Comparison, number: str) -> PageFigure:
         time = travelled / (input_protocol.CREEP_SPEED * scales.speed)
         return _figure(
             number,
-            "Position of the presliding test over time, the input of each law",
+            "Input position of the presliding test over time, the same for each law",
             draw_rows("presliding input", "t [s]", [(f"x [{units[0]}]", [("", time, path)])]),
         )
     time = np.linspace(0.0, 6.0 * scales.time, 3001)
@@ -124,6 +124,6 @@ def _inputs(comparison: Comparison, number: str) -> PageFigure:
         start = end
     return _figure(
         number,
-        "Force of the drift test over time, first six seconds, the input of each law",
+        "Input force of the drift test over its first six seconds, the same for each law",
         draw_rows("drift input", "t [s]", [(f"u [{units[1]}]", [("", time, force)])]),
     )

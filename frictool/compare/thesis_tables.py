@@ -75,7 +75,8 @@ REASONS: dict[str, dict[tuple[str, str], str]] = {
         (
             "limit_cycle",
             "-",
-        ): "the cycles die out in section 3.7.3 and figure 3.16, which contradict the table",
+        ): "the cycles die out according to section 3.7.3 and figure 3.16; the table says "
+        "otherwise",
     },
     "leuven": _SAME_BREAKAWAY,
 }

@@ -1,6 +1,6 @@
 """Scheduled coefficients: a weighted sum of the corners' matrices (thesis, (5.46), (5.64)).
 
-    alpha_i = product over the parameters of (distance to the end opposite to corner i)/(width)
+    alpha_i = product over all parameters: (distance from the end opposite to corner i)/(width)
 
 A corner is a combination of interval ends, one end for each parameter; `width` is the width of the
 parameter's interval. The parameters are states that the caller sets, such as the torque constant

@@ -13,7 +13,8 @@ zone nothing is corrected: between two counts the model determines the speed, wh
 The dry friction is the value of the friction map at x^; while the backlash is open, it is the
 friction of the motor alone. The backlash follows thesis (4.45). The disturbance d [N m | N] is the
 effort that the model lacks, added to the drive. At rest, d is limited. If the drive's effort
-exceeds the breakaway friction by g (negative backward), d is between 0 and -g; otherwise d is 0.
+exceeds the breakaway friction by g (g < 0 in the negative direction), d is between 0 and -g;
+otherwise d is 0.
 
 Property: in slip, while m is not 0, the estimation error is linear with three poles at exp(-w T)
 (observe/design/tracking.py), where w is the observer's bandwidth. With cell = 0 the observer is

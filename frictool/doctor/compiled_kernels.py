@@ -63,7 +63,7 @@ def check_kernel_folder() -> InstallationFinding:
         return InstallationFinding(
             "kernels",
             "note",
-            f"not kept, because neither {tried} can be written: every command compiles",
+            f"compiled code is not kept: neither {tried} can be written; every command compiles",
             "set NUMBA_CACHE_DIR",
             {},
         )
@@ -138,7 +138,7 @@ def _is_current(state: Path, sources: Sources) -> bool:
 
 
 def check_old_kernels(left: list[OldKernelFolder]) -> InstallationFinding:
-    """Return a finding with the number and the size of the old folders `left`."""
+    """Return a finding with number and size of the folders `left` of older compiled kernels."""
     size = sum(one.folder.size for one in left)
     facts: dict[str, Any] = {
         "folders": [

@@ -151,7 +151,7 @@ class Servo(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     - `gain`: Proportional gain in the firmware's unit. Write this key if the log has no channel
       `gain`.
     - `duty_limit`: Largest duty cycle.
-    - `goal_speed`: Speed limit of the firmware's profile from the old goal to the new goal.
+    - `goal_speed`: Speed limit of the firmware's profile from one goal to the next.
     - `delay`: Time between a change of the logged goal and the response of the logged position,
       such as the delay of the bus.
     - `back_emf`: Back-EMF per speed, such as the supply voltage divided by the no-load speed.

@@ -122,14 +122,14 @@ class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `name`: Name of the hypothesis. `breakaway`: the smallest friction of all plants is above 0
       [N m | N]. `band`: the half-width of the rest band is at least one encoder count [rad | m].
-      `released_effort`: while the drive is switched off, its largest effort is below half of the
-      smallest friction [N m | N]. `count_pulse`: the largest effort in response to one encoder
-      count is below half of the smallest friction [N m | N]. `frozen_integrator`: integrators keep
-      their values while the drive is switched off. `arrival_speed`: the axis stops within the rest
-      band from the speed at which the drive is switched off [rad/s | m/s]. `stable_loop`: a bound
-      of the sensitivity of the linear loop is proved.
-    - `state`: `holds` or `fails`; `undecided` if a condition fails that is sufficient but not
-      necessary.
+      `released_effort`: the largest effort of the virtual friction, which still acts when the drive
+      is switched off, is below half of the smallest friction [N m | N]. `count_pulse`: the largest
+      effort in response to one encoder count is below half of the smallest friction [N m | N].
+      `frozen_integrator`: integrators keep their values while the drive is switched off.
+      `arrival_speed`: the axis stops within the rest band from the speed at which the drive is
+      switched off [rad/s | m/s]. `stable_loop`: a bound of the sensitivity of the linear loop is
+      proved.
+    - `state`: `holds` or `fails`; `undecided` if only a sufficient condition fails.
     - `value`: Value of the checked quantity for this controller.
     - `limit`: Value with which `value` is compared.
     """

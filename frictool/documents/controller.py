@@ -598,7 +598,8 @@ class Controller(
         cascade = self.structure == "speed_cascade"
         if cascade != (self.position_law is not None):
             raise ValueError(
-                "position_law: required with structure speed_cascade, not allowed with position"
+                "position_law: required with structure speed_cascade, not allowed with structure "
+                "position"
             )
         if cascade and self.limiter is not None:
             raise ValueError(

@@ -7,7 +7,7 @@ from pathlib import Path
 EXAMPLES = {
     "clutch": "robotised clutch: coarse encoder, backlash, current drive (simulated logs)",
     "emps": "carriage on a ball screw: fine encoder, voltage drive (simulated logs)",
-    "joint": "robot joint: 2000 counts per turn, other column names (simulated logs)",
+    "joint": "robot joint: 2000 counts per turn, columns with the rig's names (simulated logs)",
 }
 FOLDER = Path(__file__).parent / "examples"
 TEMPLATES = Path(__file__).parent / "templates"

@@ -58,7 +58,7 @@ def missing_side(model: Model) -> str | None:
 
 
 def missing_sensor_lag(model: Model) -> str | None:
-    """Return a warning if the position sensor has a lag; only evaluations of logs include it."""
+    """Return a warning if the position sensor has a lag, which only evaluations of logs include."""
     lag = model.bench.encoder.lag_s
     if lag == 0.0:
         return None

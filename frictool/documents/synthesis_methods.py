@@ -73,7 +73,7 @@ METHODS: dict[str, SynthesisMethod] = {
     ),
     "lft_lpv": SynthesisMethod(
         "as `lft`, but the controller is scheduled by the friction or other parameters; the "
-        "uncertainty channel does not represent these parameters",
+        "uncertainty channel represents the other parameters",
         "if the friction varies more than the other parameters",
         (*INEQUALITIES, "schedule", "scheduled", "channel_effort", "ease"),
     ),

@@ -82,7 +82,7 @@ def _rest(
     The direction is 0 if the axis does not break away.
 
     refused: direction in which the axis cannot break away, because a slip in this direction has
-    just ended at the instant of its start; 0 if there is none.
+    just ended at the instant at which it began; 0 if there is none.
     """
     lag = p[ax.LAG]
     drive = state[ax.DRIVE]

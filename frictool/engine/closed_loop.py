@@ -75,8 +75,8 @@ def run(
 
     - axis (a,), state (7,): parameters and state of the axis (plant/axis.py)
     - controller: array of control/compiled_program.py, initialised at the measured position
-    - load: plant/position_load.py; None if every slip has a closed form (`load_of_run`)
-    - conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) if there are no conditions
+    - load: array of plant/position_load.py; None if every slip has a closed form (`load_of_run`)
+    - conditions (n, 8): rows of engine/disturbances_and_faults.py; (0, 8) without conditions
 
     State and controller are changed in place.
 

@@ -109,7 +109,7 @@ def rest_piece(
 ) -> tuple[float, float]:
     """Return the duration [s] of a rest, and the direction of the breakaway that ends it (0: none).
 
-    refused: direction of a slip that has just ended at the instant of its start (0: none); the
+    refused: direction of a slip that has just begun and ended at the same instant (0: none); the
     breakaway threshold in this direction is raised slightly.
     """
     body, drive = driven.body, driven.drive
@@ -226,7 +226,7 @@ def layer_piece(
 def straight_piece(
     driven: DrivenBody, state: Vector, t: float, longest: float, piece: Vector
 ) -> float:
-    """Fill one interval of slip above the Stribeck layer in closed form; return its length [s]."""
+    """Fill `piece` with a slip above the Stribeck layer, in closed form; return its length [s]."""
     body, drive = driven.body, driven.drive
     start = _acceleration(driven, state, t)
     _, viscous = friction_line(body, state[fb.REGION], state[fb.DIRECTION])

@@ -14,8 +14,8 @@ endless cycles:
 - An effort that equals the breakaway threshold to rounding breaks the body away only if the effort
   rises.
 - If the initial acceleration of a slip is zero to rounding, it is set to zero.
-- After a slip that ends at the instant of its start, the threshold in the direction of this slip is
-  slightly above the breakaway.
+- After a slip that begins and ends at the same instant, the threshold in the direction of this slip
+  is slightly above the breakaway.
 - A body leaves the Stribeck layer at a higher speed than the speed at which it enters the layer.
   Likewise, the viscous coefficient changes at a higher speed while the body speeds up than while
   it slows down.

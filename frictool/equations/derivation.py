@@ -34,6 +34,7 @@ class Derivation:
     - sections: (title, lines) of each section
     - checked: number of terms whose dimension was checked
     - directions: for each link with losses, a sentence that states whether its second end can drive
+      its first end
     - notes: a line for each omission or assumption
     """
 

@@ -1,4 +1,4 @@
-"""Encoder counts that the exported code expects: their sign, their conversion, and no jumps.
+"""Encoder counts that the exported code expects: sign, conversion, and absence of jumps.
 
     position = direction * resolution * counts
 

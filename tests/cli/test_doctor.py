@@ -63,7 +63,7 @@ def test_clean_removes_what_nobody_uses(place: Path, monkeypatch: pytest.MonkeyP
     result = run("doctor", "--clean", "-o", place / "told.txt")
     assert result.code == 0
     assert "removed: the kernels of 1 former version" in result.stdout
-    assert f"left: {place / 'kernels-young'} (used within the last hour)" in result.stdout
+    assert f"not removed: {place / 'kernels-young'} (used within the last hour)" in result.stdout
     assert not (place / "kernels-old").exists()
     assert (place / "told.txt").read_text() == result.stdout
 

@@ -41,8 +41,8 @@ Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 class CouplingRow(NamedTuple):
     """Row of `Couplings` (plant/mechanism/packed_mechanism.py).
 
-    `curve`: index in `Curves` of a curve of an additional force against the deflection; -1 if there
-    is no curve.
+    `curve`: index in `Curves` of the curve of an additional effort over the deflection; -1 for no
+        such effort.
     """
 
     a: int

@@ -5,8 +5,8 @@ The axis starts at 8 % of the travel and steps to 88, 8, 56 and 24 %, as in thes
 overshoot in short steps only. A short step back therefore follows the first step. Its length is a
 tenth of the first step's length. The length is increased, if necessary, until the allowed static
 error and one encoder count are each at most 5 % of the length, and each at most the overshoot that
-the specification allows at this length. The short step is left out unless all other steps are more
-than 1.2 times as long.
+the specification allows at this length. The short step is left out if another step is at most 1.2
+times as long.
 
 Each step lasts 5 response times. The last step is longer if `rest` or `limit_cycle` is specified:
 by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, and by the longer time for both.

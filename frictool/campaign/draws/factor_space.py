@@ -28,7 +28,8 @@ class Factor:
     `name`: key of the quantity, such as `coulomb`, `links.screw.backlash` or `spread.wear`.
     `label`: name for users.
     `nominal`: value if the quantity does not vary.
-    `kind`: `plant` for a parameter of the plant, else what varies, such as `wear` or `sensor`.
+    `kind`: `plant` for a parameter of the plant, else the varied effect, such as `wear` or
+        `sensor`.
     `whole`: True if the values are whole numbers, all equally likely.
     `least`: (name of another factor, scale). The value of this factor is at least scale times the
         value of the other factor. None if there is no such condition.

@@ -181,8 +181,8 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
 def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
     """Return a histogram with equal bins.
 
-    The limit is an edge between two bins unless the limit is far from the values. A value equal to
-    the limit belongs to the bin whose values meet the requirement.
+    The limit is an edge between two bins, except if it is far from the values. A value equal to the
+    limit belongs to the bin whose values meet the requirement.
     """
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))

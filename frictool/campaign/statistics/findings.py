@@ -53,8 +53,8 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        If `reached` is True, the outcome is PASS, but UNDECIDED if there is a `doubt` or a
-        requirement that no trial decides. If `reached` is False, the outcome is
+        If `reached` is True, the outcome is UNDECIDED with a `doubt` or a requirement that no trial
+        decides, else PASS. If `reached` is False, the outcome is
 
         - UNDECIDED if all trials are undecided, or if no rate is required and no trial fails,
         - NOT SHOWN if more draws may show the required pass rate,
@@ -101,9 +101,9 @@ class Findings:
 
     @property
     def draws_needed(self) -> int | None:
-        """Return the number of draws that would show the required rate at the present pass rate.
+        """Return the number of draws that would show the required rate if the same share passes.
 
-        Returns None for other outcomes than NOT SHOWN.
+        Returns None for every outcome but NOT SHOWN.
         """
         if self.outcome != "NOT SHOWN" or self.required is None:
             return None

@@ -63,7 +63,7 @@ def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> J
 def _noise(cells: Slices, inside: Vector) -> Vector:
     """Return the variance (k,) in each cell; a cell with a single draw gets the mean variance.
 
-    `inside` (n,): value of each draw minus the mean of the draw's cell.
+    `inside` (n,): difference of each draw's value from the mean of its cell.
     """
     squares = cells.sums(inside**2)
     sizes = cells.sizes

@@ -91,7 +91,7 @@ def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
     """Return the Kolmogorov-Smirnov distance and its p-value.
 
     The p-value is exact for few trials. For many trials (n failing, m passing), it is the p-value
-    of a single sample of n m/(n + m) draws.
+    of the one-sample test with n m/(n + m) draws.
     """
     method = "exact" if bad.size * good.size <= EXACT else "asymp"
     if method == "exact":
@@ -104,7 +104,7 @@ def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
 
 
 def _leaning(bad: Vector, good: Vector) -> float:
-    """Return Pr(bad > good) - Pr(bad < good), the scaled Mann-Whitney statistic."""
+    """Return Pr(bad > good) - Pr(bad < good), from the Mann-Whitney statistic."""
     ordered = np.sort(good)
     below = np.searchsorted(ordered, bad, side="left").sum()
     above = good.size - np.searchsorted(ordered, bad, side="right")

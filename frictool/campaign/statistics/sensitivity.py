@@ -92,7 +92,7 @@ class MetricInfluence:
     def rest(self) -> float | None:
         """Return the share of the metric's variance that no factor in `named` explains alone.
 
-        This share is due to interactions, noise and effects finer than the slices.
+        This share is due to interactions, noise, and effects within a slice of a factor's range.
         """
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].share) for i in self.named))
@@ -154,7 +154,7 @@ class FactorPair:
 class Sensitivity:
     """Sensitivity of failures and metrics.
 
-    `questions`: comparisons of failing with passing trials, in the order of `masks`.
+    `questions`: comparisons of failing with passing trials, for the masks that `masks` returns.
     `influences` (m,): influence of the factors on each metric.
     `pair`: pair of factors that explains the failures best; None if no trial fails, if no trial
         passes, or if there is only one factor.

@@ -63,9 +63,9 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
 
 
 def doubt_of(trial: TrialPlayer) -> str:
-    """Return why the trials may differ from the axis, although they pass; "" if there is no reason.
+    """Return why the axis may fail although the trials pass; "" if there is no reason.
 
-    - The steps leave the side on which the model is valid.
+    - The steps leave the side of a position on which the model is valid.
     - The logs show a lag that the bench does not state and the loop does not tolerate.
     - The axis rings after it stops. If the specification has a modulus margin, the result is "",
       since the requirement `modulus_margin` then states this reason.

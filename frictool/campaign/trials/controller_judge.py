@@ -50,8 +50,8 @@ class PlayedRequirement:
     metric : MetricLimit
         Name, key, unit and limit of the requirement.
     value : float
-        Worst value in SI (a ratio in %). The value is infinite if a plant fails without a number,
-        such as an axis that never settles, and NaN if no plant has a value.
+        Worst value in SI (ratios in %). The value is infinite if a plant fails without a number (an
+        axis that never settles), and NaN if no plant has a value.
     reserve : float
         Relative distance of the worst value to the limit (`relative_reserve`), negative for a
         violation.
@@ -84,8 +84,8 @@ class PlayedVerdict(ResultView):
     met : ndarray, shape (p, r)
         MET 1, BROKEN 0 or UNDECIDED -1.
     failed : mapping
-        Reason for each plant that could not be simulated, by the plant's index. The values of
-        this plant are NaN.
+        Reason for each plant that could not be simulated, by the plant's index. The values of such
+        a plant are NaN.
     """
 
     metrics: tuple[MetricLimit, ...]
@@ -113,7 +113,7 @@ class PlayedVerdict(ResultView):
 
     @property
     def passed(self) -> bool:
-        """Return True if every plant was simulated, no limit is violated, and one is met."""
+        """Return True if every plant was simulated, no limit is violated, at least one is met."""
         return not self.failed and not np.any(self.met == 0) and bool(np.any(self.met == MET))
 
     def _worst(self, index: int) -> PlayedRequirement:

@@ -75,7 +75,7 @@ class ScenarioJudge:
 
     @cached_property
     def margin_doubt(self) -> str:
-        """Return the reason why the margins may be wrong for every plant; here always ""."""
+        """Return "": no reason is known here why the margins may be wrong for every plant."""
         return ""
 
     def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:

@@ -138,7 +138,7 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
 def causes(findings: Findings) -> list[PageFigure]:
     """Return figures of the failing share over the range of the most significant factors.
 
-    The result is empty without a comparison of all failing with all passing trials.
+    The result is empty if no trial fails or none passes.
     """
     questions = findings.sensitivity.questions
     if not questions or questions[0].name != "":

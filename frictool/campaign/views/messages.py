@@ -32,8 +32,7 @@ def quantity(value: float | None, unit: str) -> str:
 def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
     """Return a share in % with one decimal.
 
-    Close to 0 and 100 %, there are more decimals, so that the distance to 0 or 100 % has two
-    significant digits.
+    Close to 0 or 100 %, more decimals give the distance to 0 or 100 % with two significant digits.
 
     `toward`: direction of rounding; a lower bound must be rounded down, an upper bound up.
     """

@@ -30,7 +30,7 @@ def played_lines(
     `plants`: names of the plants by index.
     `scenario`: description of the scenario.
     `steps`: text on the lengths of the scenario's steps, or "".
-    `decided`: False if a met requirement may be violated by effects that the plants lack.
+    `decided`: False if effects that the plants lack may violate a requirement that is met here.
     """
     many = f"{len(plants)} plant{'s' if len(plants) > 1 else ''}"
     met, broken, undecided = (

@@ -70,8 +70,8 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """Return lines with the details if no design was found.
 
     The lines state the number of candidates, the fastest response that the drive allows, and the
-    values of the best candidate. They also list limits of single requirements, and a range of a
-    parameter, with which a candidate passes every test.
+    values of the best candidate. They also list each limit of a single requirement, and the range
+    of a parameter, that would let a candidate pass every test.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
@@ -98,7 +98,7 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
 
 
 def _several_lines(findings: SearchFindings, model: Model) -> list[str]:
-    """Return lines with the remedies if neither one limit nor one range prevents a design."""
+    """Return lines with remedies if no single relaxed limit or narrower range allows a design."""
     wide = widest_ranges(model) if findings.nominal else []
     if not wide:
         return ["no candidate passes every test if only one limit is relaxed: relax several limits"]
@@ -115,7 +115,7 @@ def _several_lines(findings: SearchFindings, model: Model) -> list[str]:
 
 
 def relaxation_lines(findings: SearchFindings) -> list[str]:
-    """Return lines with limits of single requirements that a candidate meets; empty without one.
+    """Return lines with relaxed limits; a candidate passes with each one of them alone.
 
     The search does not look for the smallest change of a limit.
     """

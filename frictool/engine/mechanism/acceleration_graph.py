@@ -1,7 +1,7 @@
 """Force Lambda(x) that a tree of joints needs for an acceleration x of its root; zeros of Lambda.
 
-Lambda includes all efforts on the blocks of the tree; the acceleration x therefore solves
-Lambda(x) = 0. Lambda is piecewise linear (engine/mechanism/tree_solver.py).
+Lambda includes all efforts on the blocks of the tree; the true acceleration is therefore a zero of
+Lambda. Lambda is piecewise linear (engine/mechanism/tree_solver.py).
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 
 @bare_kernel
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
-    """Return (True, x) with Lambda(x) = 0, or (False, x) if no zero with a rising Lambda is found.
+    """Return (True, x) with Lambda(x) = 0, or (False, x) if no zero is found at which Lambda rises.
 
     Lambda(x) is the force that the tree needs for the acceleration x of its root.
 

@@ -299,7 +299,7 @@ def field(
 ) -> int:
     """Fill the rates y' of the state, the modes' guards and the elements' powers; return a status.
 
-    A guard measures how far a mode is from its end. t [s]: time since the command. The
+    A guard measures how far a mode is from its end. t [s]: time since the last command. The
     accelerations are NaN if a tree's effective inertia is <= 0.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.FIELD]

@@ -85,7 +85,7 @@ class MechanismInputs(NamedTuple):
 class DriftedNumbers(NamedTuple):
     """Conditions at each sample, and the mechanism's parameters that the conditions multiply.
 
-    - conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) if there are no conditions
+    - conditions (n, 8): rows of engine/disturbances_and_faults.py; (0, 8) without conditions
     - limit: limit of the controlled drive, as measured by the sensor of the drive
 
     At sample k, machine.numbers[indices[i]] is values[i] times conditions[k, columns[i]].

@@ -90,7 +90,7 @@ def resolve(
 ) -> int:
     """Determine the modes of contacts, blocks and joints; return a status.
 
-    t [s]: time since the command.
+    t [s]: time since the last command.
 
     The caller must set the modes of flanks that touch without relative speed and of blocks that
     rest at a stop. `out` must contain the guards of the present modes, and is also a workspace. If

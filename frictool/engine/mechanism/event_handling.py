@@ -89,7 +89,7 @@ def begin(machine: CompiledMechanism, state: MechanismState, events: EventRows) 
 
 @part_kernel
 def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
-    """Set the state to its value at the end of a step, t [s] after the command.
+    """Set the state to its value at the end of a step, t [s] after the last command.
 
     The work done in the step is added to `work`, and dynamic laws update their memory. Returns a
     status of engine/status_codes.py.
@@ -145,7 +145,7 @@ def handle_event(
 ) -> int:
     """Handle the events that the guards indicate: impacts, stops and changes of modes.
 
-    t [s]: time since the command. Returns a status of engine/status_codes.py.
+    t [s]: time since the last command. Returns a status of engine/status_codes.py.
     """
     k, p, _ = machine
     y = state.y

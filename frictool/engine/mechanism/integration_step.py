@@ -96,9 +96,9 @@ def stages(
 ) -> float:
     """Compute derivatives and powers at the stages first .. end - 1 of a step of length h.
 
-    t [s]: time since the command. Only the first `watching` guards of the row WATCHED are checked.
-    Returns the fraction of the step at which the first guard is passed, 1 if none is passed,
-    or -1 if a law fails.
+    t [s]: time since the last command. Only the first `watching` guards of the row WATCHED are
+    checked. Returns the fraction of the step at which the first guard is passed, 1 if none is
+    passed, or -1 if a friction law fails.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
     y, modes, workspace = state.y, state.modes, state.workspace
@@ -134,7 +134,7 @@ def _error(k: IntVector, p: Vector, h: float, modes: IntVector, workspace: Works
 
 @bare_kernel
 def at_end(workspace: Workspace) -> RateEvaluation:
-    """Return the arrays for the results of an evaluation of the rates at a step's end."""
+    """Return the arrays that receive rates, guards and powers at the end of a step."""
     return RateEvaluation(
         workspace.slopes[AFTER], workspace.w, workspace.lines[st.TRIAL], workspace.powers[AFTER]
     )
@@ -152,7 +152,7 @@ def _is_finite(end: Vector, rates: Vector) -> bool:
 def try_step(
     machine: CompiledMechanism, state: MechanismState, t: float, h: float, tolerance: float
 ) -> tuple[float, float]:
-    """Try a step of length h from the state; t [s] is the time since the command.
+    """Try a step of length h from the state; t [s] is the time since the last command.
 
     The results for both ends of the step are in these arrays of the workspace:
 
@@ -164,7 +164,7 @@ def try_step(
 
     GUARD, TRIAL and END are rows of `lines`.
 
-    Returns error/tolerance (inf if a law or the mechanism fails), and the fraction of the step at
+    Returns error/tolerance (inf if the rates cannot be evaluated), and the fraction of the step at
     which a guard of a force is first passed (1 if none is).
     """
     k, p, _ = machine
@@ -185,7 +185,7 @@ def try_step(
 
 @part_kernel
 def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float) -> bool:
-    """Compute the dense output of state and work for a tried step; return False if a law fails."""
+    """Compute the dense output (state, work) of a step; return False if a friction law fails."""
     workspace = state.workspace
     if machine.whole[ly.STIFF] > 0:  # `stiff_step` has filled the path
         return True

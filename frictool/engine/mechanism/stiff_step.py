@@ -313,8 +313,8 @@ def rosenbrock_step(
 ) -> float:
     """Try an implicit step, with the arguments of `integration_step.try_step`.
 
-    Returns error/tolerance, inf if a law or the mechanism fails. The row SPENT contains the work of
-    the step. If the step is accepted, the rows from PATH on contain the dense output. The first
+    Returns error/tolerance, inf if the rates cannot be evaluated. The row SPENT contains the work
+    of the step. If the step is accepted, the rows from PATH on contain the dense output. The first
     `watching` guards of the row WATCHED are checked at 1/4, 1/2 and 3/4 of the step: THIRD[0] is
     the first of these fractions at which a guard is passed. THIRD[0] is 1 if no guard is passed, or
     if the step is rejected.

@@ -97,7 +97,7 @@ def _spread_ratios(tree: JointTree) -> None:
 
 @bare_kernel
 def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]:
-    """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
+    """Return (leaves, direction, acceleration) of a resting tree with unloaded self-locking joints.
 
     An unloaded self-locking joint cannot hold the driving end, which slips under any effort. The
     slip ends immediately if the driving end then drives the load.
