@@ -73,7 +73,7 @@ METHODS: dict[str, SynthesisMethod] = {
     ),
     "lft_lpv": SynthesisMethod(
         "as `lft`, but the controller is scheduled by the friction or other parameters; the "
-        "uncertainty channel represents the other parameters",
+        "uncertainty channel represents the remaining parameters",
         "if the friction varies more than the other parameters",
         (*INEQUALITIES, "schedule", "scheduled", "channel_effort", "ease"),
     ),
