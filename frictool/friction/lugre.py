@@ -5,7 +5,7 @@
 z is the deflection of the contact, sigma_0 its stiffness, sigma_1 its damping, v the velocity, and
 sigma_v the viscous coefficient. g is the curve of friction/stribeck.py: steady slip follows
 Stribeck's law. The law is dissipative with the storage function sigma_0 z^2/2 as long as
-sigma_1 |v| <= 4 g(v). The body drifts under any effort (table 3.2).
+sigma_1 |v| <= 4 g(v). The body drifts under an oscillating effort of any size (table 3.2).
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ Parallel elements stick or slip independently:
 F_i is the force of element i, k_i its stiffness, w_i its share of the friction, v the velocity, and
 sigma_v the viscous coefficient. C [N/s | N m/s] is the rate at which slipping friction follows
 Stribeck's curve g: frictional memory with the time constant g/C. The state is [F_1 .. F_N, mode_1
-.. mode_N] with mode 0 for sticking and +-1 for slipping in that direction; `commit` updates the
-modes. Within a step an element slips as soon as its force reaches the limit.
+.. mode_N] with mode 0 for sticking and +-1 for slipping in that direction. `commit` updates the
+modes after a step; within the step, an element slips as soon as |F_i| reaches w_i g(v).
 friction/maxwell_bank.py defines the elements: k_i = w_i F_s/(d_i z_max).
 """
 

@@ -23,7 +23,7 @@ class LawParameter:
     """Name, unit and bounds of one parameter.
 
     - linear_unit: SI unit on a linear axis; empty if the parameter has none
-    - exclusive: True if the minimum itself is not allowed
+    - exclusive: True if the value must be above `minimum`, not equal to it
     - at_least: name of another parameter that is a lower bound of this parameter
     - letters: symbol in text and in LaTeX; by default the name
     - simulation_only: True if the parameter belongs to the simulation and is not identified

@@ -22,8 +22,8 @@ from frictool.typing import Vector
 def normalise(coefficients: Vector, low: float, high: float) -> tuple[Vector, float]:
     """Return the coefficients divided by the polynomial's mean over [low, high], and this mean.
 
-    Raises ValueError if the mean is not positive, if there are no finite coefficients, or unless
-    low < high.
+    Raises ValueError if the mean is not positive, if coefficients are missing or not finite, or if
+    low >= high.
     """
     b = np.asarray(coefficients, dtype=np.float64)
     if (

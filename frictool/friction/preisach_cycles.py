@@ -97,12 +97,12 @@ def masing_everett() -> Vector:
 
 
 def masing_table(values: Values) -> Vector:
-    """Return the Everett table of the Masing hysteresis; n = values["preisach_intervals"]."""
+    """Return the Everett table of the Masing hysteresis; n is `preisach_intervals` of `values`."""
     return everett_tail(masing_cycles(int(values.get("preisach_intervals", CELLS))))
 
 
 def cell_count(size: int) -> int:
-    """Return the number of cells of the triangle whose Everett table has `size` values."""
+    """Return the number n (n + 1)/2 of triangle cells for an Everett table of `size` values."""
     cells = math.isqrt(size) - 1
     return cells * (cells + 1) // 2
 

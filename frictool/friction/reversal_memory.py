@@ -2,7 +2,7 @@
 
     memory = [z, F, count, forgotten, z_1, F_1, z_2, F_2, ...]
 
-z and F are the present position and force. The reversals (z_k, F_k) follow, oldest first. A
+z and F are the present position and force. `count` reversals (z_k, F_k) follow, oldest first. A
 hysteresis with odd symmetry starts at z = 0, F = 0 and follows these rules:
 
     no reversal            the virgin curve, outwards (rule I)
@@ -84,7 +84,10 @@ def branch_start(memory: Vector, z: float) -> tuple[bool, float, float]:
 
 @kernel
 def _forget_a_pair(memory: Vector, count: int) -> None:
-    """Remove the inner pair of reversals that differs least in position from its neighbours."""
+    """Remove two successive reversals, those that differ least in position from their neighbours.
+
+    The oldest and the newest reversal remain.
+    """
     chosen = 1
     least = math.inf
     for j in range(1, count - 2):

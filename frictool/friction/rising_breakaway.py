@@ -2,8 +2,8 @@
 
     F_s(t) = F_s (1 - (1 - fresh) tau/(tau + t))
 
-t is the time at rest, and tau the rise time. The breakaway rises from fresh F_s just after a stop,
-fresh <= 1, to F_s after a long rest. The thesis does not specify the function F_s(t); this is the
+t is the time at rest, and tau the rise time. The breakaway is a fraction `fresh` of F_s just after
+a stop, and F_s after a long rest. The thesis does not specify the function F_s(t); this is the
 hyperbola of Armstrong's seven-parameter law (reference [1] of the thesis).
 """
 

@@ -94,7 +94,7 @@ class AxisLogs:
         )
 
     def sensed(self, lag: float) -> AxisLogs:
-        """Return the logs whose effort is filtered by a lag `lag` [s] of the position sensor."""
+        """Return the logs with the effort filtered by the lag `lag` [s] of the position sensor."""
         sliding = [sensed(record, lag) for record in self.sliding]
         ramps = [sensed(record, lag) for record in self.ramps]
         return replace(self, sliding=sliding, ramps=ramps, rows=motion_rows(sliding, self.bench))

@@ -117,7 +117,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Return the scatter, with tests, of each parameter that at least two models identify."""
+    """Return scatter and statistical tests of each parameter that at least two models identify."""
     values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:

@@ -124,7 +124,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Return `one`, which was fitted with `inertia.value`, widened by the inertia's interval."""
+    """Return a parameter's interval `one`, fitted with `inertia.value`, for all of `inertia`."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

@@ -585,9 +585,10 @@ def _relative_loads(
 def added_scatter(
     before: Mapping[str, Interval], after: Mapping[str, Interval]
 ) -> dict[str, float]:
-    """Return the scatter that, added in quadrature, widens each interval to its width in `after`.
+    """Return the scatter that widens each interval in `before` to its width in `after`.
 
-    The scatter is 0 if the interval in `after` is narrower than that in `before`.
+    The half width and the scatter are added in quadrature. The scatter is 0 if the interval in
+    `after` is narrower.
     """
     return {
         name: math.sqrt(max(after[name].half_width ** 2 - one.half_width**2, 0.0))
@@ -597,10 +598,10 @@ def added_scatter(
 
 
 def unlikely_change(one: Interval, other: Interval) -> float:
-    """Return the part of the change from `one` to `other` that chance does not explain.
+    """Return the part of the change between two estimates that chance does not explain.
 
-    If the model is true, `one` has the smaller variance, and the variance of the change is the
-    difference of the two variances (Hausman, 1978).
+    `one` is the more efficient estimate. If the model is true, the variance of the change is the
+    variance of `other` minus the variance of `one` (Hausman, 1978).
     """
     change = other.value - one.value
     chance = max(other.half_width**2 - one.half_width**2, 0.0)

@@ -10,8 +10,8 @@ as `auto` requires, although both lack the fall.
 `explanation_search` tests a fall with several columns at once. In each column, w is another
 fraction of the top speed of each record. Logs with few speeds do not determine several columns. In
 this module, a fit has one column, with the same w for all records. Successive w differ by a factor
-of at most 2. The smallest w is exceeded by all but the slowest 5 % of the samples (SLOWEST), and
-the largest w is WIDEST times the top speed of all logs.
+of at most 2. The slowest 5 % of the samples (SLOWEST) have speeds below the smallest w. The largest
+w is WIDEST times the top speed of all logs.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SLOWEST = 0.05  # share of the samples whose speeds are below the smallest w
 def falling_friction(regression: EffectRegression) -> list[AcceptedEffects]:
     """Return the shifts of the parameters by the most significant fall of friction with speed.
 
-    The result is empty if the fall is significant at no tested speed (Bonferroni's correction).
+    The result is empty if no tested w gives a significant fall (Bonferroni's correction).
     """
     rows = regression.rows
     used = regression.used

@@ -58,7 +58,7 @@ class Interval:
 def intervals_around(
     names: Iterable[str], values: Iterable[float], half: Iterable[float]
 ) -> dict[str, Interval]:
-    """Return the interval value +- half width of each name; surplus values are left out."""
+    """Return for each name the interval [value - half, value + half]; the names may be fewer."""
     return {
         name: Interval.around(value, reach)
         for name, value, reach in zip(names, values, half, strict=False)

@@ -136,9 +136,9 @@ def mixed_onset_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
         low = lower_group(friction, ramp.position[ramp.direction == way], math.inf)
         if np.any(low) and float(np.mean(friction[~low])) > ramp.interval.high:
             warnings.append(
-                f"breakaway {side}: {np.sum(low)} of {low.size} onsets are at most "
+                f"breakaway {side}: {np.sum(low)} of {low.size} onsets need at most "
                 f"{np.max(friction[low]):.3g} {unit}, the others at least "
-                f"{np.min(friction[~low]):.3g}; the mean mixes both: check the log of ramps"
+                f"{np.min(friction[~low]):.3g}; check the ramps for a second cause, as backlash"
             )
     return warnings
 

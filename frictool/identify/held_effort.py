@@ -105,10 +105,10 @@ def slow_effort_warnings(
 
 
 def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
-    """Return the number of samples between two updates of an effort (n,), and all updates' indices.
+    """Return the number of samples between two updates of an effort (n,), and the updates (m,).
 
-    An update is a sample at which the effort differs from the previous sample. Return None if there
-    are fewer than FEWEST_UPDATES updates, if the updates are fewer than SHORTEST_HOLD samples
+    An update is the index of a sample whose effort differs from the previous one. Return None if
+    there are fewer than FEWEST_UPDATES updates, if the updates are fewer than SHORTEST_HOLD samples
     apart, or if the effort is only coarsely quantised (`COARSE`).
     """
     change = np.diff(effort)

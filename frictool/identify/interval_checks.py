@@ -29,8 +29,8 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     bench.yaml. An interval that does not overlap the interval in bench.yaml is usable even if it is
     wider, because the value in bench.yaml would not explain the log.
 
-    Viscous and Coulomb friction can be 0. Of their intervals, only the part above 0 is compared
-    with the interval in bench.yaml. The ratio of the ends of a friction's interval is limited in
+    Viscous and Coulomb friction can be 0. The part of their intervals above 0 is compared with the
+    interval in bench.yaml. The ratio of the ends of a friction's interval is limited in
     two cases only: if the interval is wider than the interval in bench.yaml and does not overlap
     it, or if the bench states a value without an interval.
     """

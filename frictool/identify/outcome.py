@@ -85,9 +85,9 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return an outcome in which offered parameters with informative intervals are identified.
+    """Return an outcome that identifies the `offered` parameters with informative intervals.
 
-    The other offered parameters are refused. If a refused interval narrows the range of the
+    The other `offered` parameters are refused. If a refused interval narrows the range of the
     parameter in bench.yaml, the outcome contains the intersection of interval and range. `reasons`
     contains parameters that the method has refused, with the reasons.
     """

@@ -183,7 +183,7 @@ def _mean(values: Vector, s: Vector) -> float:
 
 
 def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
-    """Return the test of the scatter around the mean of each group (of all values if None)."""
+    """Return the test of the scatter around the mean of each group; None: one group of all."""
     w = s**-2.0
     group = np.zeros(values.size, dtype=np.int64) if group is None else group
     q = 0.0

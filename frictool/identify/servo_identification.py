@@ -399,5 +399,5 @@ def _between_counts(records: Sequence[MotionRecord]) -> list[str]:
         return []
     return [
         f"{count} of {len(records)} logs have positions between the encoder's counts (interpolated "
-        "or filtered); their intervals come from whole logs or strokes, not from samples"
+        "or filtered); the intervals come from whole logs or strokes, not from samples"
     ]

@@ -114,9 +114,8 @@ def _with_fitted_values(
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened for disturbing effects that the model lacks.
 
-    The intervals do not change if the drive was off, because the effort then does not show the
-    effects. The intervals do not change either if a comparison method has a large force error;
-    `fit_warnings` warns of this error.
+    The intervals do not change in two cases: the drive was off, so that the effort does not show
+    the effects; or a comparison method has a large force error, of which `fit_warnings` warns.
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):

@@ -24,7 +24,7 @@ from frictool.identify.rows.effects import EFFECTS
 from frictool.identify.rows.position_orders import FITTED_ORDERS
 from frictool.presentation.line_breaking import bounded
 
-FIRMWARE = "fit of the position simulated along the goal by the firmware of the bench's servo"
+FIRMWARE = "fit of a simulation, in which the firmware of the bench's servo follows the logged goal"
 REMOVED = frozenset(effect.term for effect in EFFECTS if not effect.needs_temperature)
 
 
@@ -245,8 +245,8 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
     """
     if fall.known:
         return (
-            f"the interval of the breakaway is valid for the fit's Stribeck velocity, "
-            f"[{fall.low:.3g}, {fall.high:.3g}] {unit}"
+            f"the interval of the breakaway is valid for Stribeck velocities in the interval of "
+            f"the fit, [{fall.low:.3g}, {fall.high:.3g}] {unit}"
         )
     upper = f"up to {fall.high:.2g} {unit}" if isfinite(fall.high) else "of any size"
     lower = f" from {fall.low:.2g}" if fall.low > 0.0 else ""

@@ -5,7 +5,7 @@ therefore does not show the resulting error. Eleven possible causes are examined
 (docs/theory/identify_effects.md). Cause 1 adds a variance; causes 2 to 11 shift the parameters:
 
 1. a residual that repeats at the same positions, or at the same velocities and signs of the
-   acceleration (`regression/multiway.py`), and encoder noise that strokes of one speed repeat
+   acceleration (`regression/multiway.py`), and encoder noise that strokes of equal speed repeat
 2. a hypothesis of `explanation_search`, such as a spring, that improves the fit
 3. smoothing windows that are too long
 4. a delay or a resonance that the fit approximates to first order

@@ -145,7 +145,7 @@ def _minimise(
 def _by_riccati(
     plant: GeneralisedPlant, t: Matrix, recentring: float, chosen: TransformVariable
 ) -> LyapunovPair | None:
-    """Return R and S of one plant by Riccati equations; the plant is a function of `chosen`.
+    """Return R and S of one plant, in the variable `chosen`, by Riccati equations.
 
     The result is None if the equations do not apply, if R and S violate the inequalities, or if
     R and S admit no controller. t: first balancing of the plant's states.

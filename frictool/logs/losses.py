@@ -96,8 +96,8 @@ def loss_lines(losses: list[DataLoss]) -> list[str]:
     """Return lines of text about the losses; a line may summarise many losses of one kind.
 
     Losses are of one kind if they have the same channels and, apart from a line number, the same
-    reason. Of a kind with many losses, the first MOST_SHOWN losses have a line each, and one line
-    summarises all others.
+    reason. The first MOST_SHOWN losses of a kind have a line each, and one line summarises the
+    others of this kind.
     """
     kinds: dict[tuple[tuple[str, ...], str], list[DataLoss]] = {}
     for loss in losses:

@@ -59,9 +59,12 @@ def test_ingest_and_info(tmp_path: Path):
 @pytest.mark.parametrize(
     ("counts", "words"),
     [
-        (lambda k: 0, "unknown, the position does not change"),
-        (lambda k: k % 3, "unknown, the position takes 3 values; at least 8 are needed"),
-        (lambda k: k + (k % 7) ** 0.5, "none, the positions are not multiples of a step"),
+        (lambda k: 0, "unknown: the position does not change"),
+        (
+            lambda k: k % 3,
+            "unknown: the position has only 3 different values; at least 8 are needed",
+        ),
+        (lambda k: k + (k % 7) ** 0.5, "none: the positions are not multiples of a step"),
     ],
 )
 def test_info_says_why_no_encoder_step_is_seen(

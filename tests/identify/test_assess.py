@@ -128,7 +128,7 @@ def test_the_scheme_and_the_table_for_people(tmp_path: Path) -> None:
     assert result.code == 0
     for words in (
         "inertia from differences of samples, worst case: up to 442 %; within +-5 %?  no",
-        "inertia/viscous is 0.0146 s or more; known within a factor of 10?  no",
+        "inertia/viscous is 0.0146 s or more; known within a factor of 10, to choose a low-pass",
         "inertia: weak form",
         "sines in position control",
     ):

@@ -140,7 +140,7 @@ def _row(
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
-    """Return the largest encoder step that gives the precision `target`, at most the bench's step.
+    """Return the largest encoder step up to the bench's step that gives the precision `target`.
 
     Return None if even a step of FINEST times the bench's step does not give this precision.
     """
@@ -161,7 +161,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the assessments of the parameters in `counted` that are not 0 and not identifiable."""
+    """Return the assessments of those `counted` parameters that exceed 0 but are unidentifiable."""
     return [
         row
         for row in assessment.rows

@@ -83,8 +83,8 @@ def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str)
         return lines
     if not facts.dynamics_known:
         known = f"inertia/viscous is {time_constants_text(facts)}"
-        factor = f"known within a factor of {KNOWN_DYNAMICS:g}"
-        return [*lines, f" > to choose a low-pass filter: {known}; {factor}?  no"]
+        factor = f"known within a factor of {KNOWN_DYNAMICS:g}, to choose a low-pass filter"
+        return [*lines, f" > {known}; {factor}?  no"]
     best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
     return [
         *lines,

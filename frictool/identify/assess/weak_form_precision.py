@@ -9,11 +9,11 @@ Convolved (*) with g, the equation of motion contains no derivative of a measure
 x is the position, u the effort, v the velocity, and n the noise of a row; e_u and e_x are the
 errors of effort and position. The estimate by least squares with the regressors G has the
 covariance N^-1 C N^-1, where N = G'G and C is the covariance of G'n. The encoder's noise in the
-regressor c*x decreases the fitted inertia, relative to its value, by the fraction of noise in the
-power of c*x. This error is large if the window is too short.
+regressor c*x decreases the fitted inertia by the relative amount (power of the noise)/(power of
+c*x). This error is large if the window is too short.
 
-The result exceeds the Cramér-Rao bound, because all rows have equal weight. The result is a
-standard deviation if the encoder errors are independent. They are independent if the axis moves
+These errors exceed the Cramér-Rao bound, because all rows have equal weight. They are standard
+deviations if the encoder errors are independent. These are independent if the axis moves
 about one count per sample or more. The formulas (4.3) and (4.8) of the thesis are worst-case
 bounds.
 """

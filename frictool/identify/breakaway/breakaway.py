@@ -261,10 +261,10 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
 
 
 def _wider(full: Interval, mean: Interval) -> Interval:
-    """Return `full` with each half width h enlarged to sqrt(h^2 + m^2).
+    """Return the breakaway `full` after a long rest; each half width h becomes sqrt(h^2 + m^2).
 
-    m is the half width of `mean` on the same side; it includes the uncertainty of the axis
-    parameters.
+    m is the half width, on the same side, of the mean breakaway `mean`; m includes the uncertainty
+    of the axis parameters.
     """
     down = float(np.hypot(full.half_width, mean.value - mean.low))
     up = float(np.hypot(full.half_width, mean.high - mean.value))

@@ -4,9 +4,9 @@ Each breakaway is described by a line that is fitted to the effort at rest, and 
 which the encoder's count changes after the onset of motion. Onsets inside the backlash after a
 reversal are left out, because only the motor moves there.
 
-Flicker of the encoder between two counts is no motion. A motion by a single count, or within the
-backlash, is no onset either if a long pause follows while the effort keeps rising: the drive train
-has yielded. A sliding axis would have reached the next count sooner (`_later`).
+Flicker of the encoder between two counts is no motion. If a long pause follows a motion by a single
+count, or within the backlash, while the effort keeps rising, this motion is no onset: the drive
+train has yielded. A sliding axis would have reached the next count sooner (`_later`).
 
 The detection uses only the changes of the measured effort, so that a constant load or offset does
 not change the detected onsets. The effort of a known load is subtracted from the level of each
@@ -163,7 +163,7 @@ class _Heaviest(NamedTuple):
 
 
 def _heaviest(bench: Bench, axis: Mapping[str, Interval] | None = None) -> _Heaviest:
-    """Return the upper ends of the parameter intervals in `axis`, or in the bench if it is None."""
+    """Return the upper ends of the intervals in `axis`; if `axis` is None, those of the bench."""
     mechanics = bench.mechanics
     gap = 0.0 if mechanics.backlash is None else max(mechanics.backlash.interval)
     if axis is None:
@@ -195,8 +195,8 @@ def _later(
 ) -> int:
     """Return the index of the next change that may be the onset; `k` if change k may be the onset.
 
-    Change k is no onset in two cases, in which the effort keeps rising along the line before the
-    change:
+    Change k is no onset in two cases. In both, the effort after the change stays on the line fitted
+    before the change:
     - The position returns.
     - The position changes by one count, or within the width of the backlash, and then does not
       change for a time in which the heaviest axis, accelerated from rest by the rise of the effort
@@ -253,7 +253,7 @@ def returning_share(record: MotionRecord, bench: Bench) -> float:
 
 
 def passages_of(record: MotionRecord, position: float) -> int:
-    """Return how often the axis passes `position` [rad | m], by ADVANCED counts on either side."""
+    """Return how often the axis moves past `position` [rad | m] by more than ADVANCED counts."""
     beyond = (record.position - position) / (ADVANCED * record.resolution)
     sides = np.sign(beyond[np.abs(beyond) > 1.0])
     return int(np.count_nonzero(np.diff(sides)))

@@ -96,7 +96,7 @@ NO_LOAD = OnsetLoad()
 
 
 def joint_error(load: Load | None, offset: float) -> float | None:
-    """Return the error of the total load [N m | N] if it is smaller than `offset`, else None.
+    """Return the error of the total load, N m | N; None unless this error is below `offset`.
 
     The total load is the sum of all loads and the offset.
 

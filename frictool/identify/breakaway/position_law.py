@@ -159,7 +159,7 @@ def choose_structure(positions: BreakawayPositions, friction: Vector) -> Polynom
 def _common_structure(
     positions: BreakawayPositions, friction: Vector
 ) -> tuple[PolynomialOrders, Vector]:
-    """Return the smallest sufficient order of a common polynomial, and its left-out errors (n,)."""
+    """Return the lowest sufficient order of a common polynomial, and leave-one-out errors (n,)."""
     highest = _highest(friction.size, positions.highest)
     structures = [PolynomialOrders((order, order), True) for order in range(highest + 1)]
     errors = [left_out(positions.design(one), friction) for one in structures]

@@ -9,9 +9,9 @@ travel, divided by their variance (`onset_friction`). The mean misfit over all o
 for pairs of Stribeck velocity and exponent. The smallest mean misfit with the preferred exponent is
 the reference. A pair is allowed if the mean misfit of the pair exceeds the reference by at most the
 chi-square quantile with one degree of freedom. The mean replaces the sum, because timing errors are
-the same at every onset of a repetitive test. Pairs with other exponents do not give the value of
-the breakaway and only widen its interval, because their curves can imitate friction that varies
-with position.
+the same at every onset of a repetitive test. The value of the breakaway comes from pairs with the
+preferred exponent. The other pairs can imitate friction that varies with position; they widen the
+interval of the breakaway.
 """
 
 from __future__ import annotations

@@ -11,9 +11,9 @@ steps fit the sliding parameters together with these loads and effects.
 2. If the intervals of `least_squares` and `power_balance` do not overlap, friction at low speed is
    not the sum of viscous and Coulomb friction, and `power_balance` is preferred.
 3. Otherwise `least_squares` is preferred.
-4. The methods of steps 2 and 3 and the method output error are compared: each predicts strokes that
-   its fit did not use (`method_comparison`). The preferred method is used if its prediction error
-   is at most a tenth larger than the smallest prediction error.
+4. The preferred method is compared with the other method of steps 2 and 3 and with output error:
+   each method predicts strokes that its fit did not use (`method_comparison`). The preferred method
+   is used if its prediction error is at most a tenth larger than the smallest one.
 5. If these steps do not identify the inertia, the weak form estimates the inertia if `assess`
    proposes this method. Otherwise, output error estimates the inertia.
 
@@ -189,7 +189,7 @@ def _at_inertia(
 def _more_precise(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, means: SlidingFit
 ) -> bool:
-    """Return True if the intervals by least squares overlap and are narrower than those of `means`.
+    """Return True if the intervals by least squares overlap those of `means`, and are narrower.
 
     `means` is a fit by the method of sines. The intervals of viscous and Coulomb friction are
     compared. An interval by least squares must be narrower than FAR times the interval of `means`.
@@ -305,8 +305,8 @@ def _differentiated(
         fits = [replace(efficient, method=REFERENCE, why=why)]
     else:
         why = (
-            f"{apart} with equal weights is outside its interval with weights by speed: friction "
-            "differs at low speed, where weights by speed are small"
+            f"a fit with equal weights gives {apart}, outside the interval of the fit with weights "
+            "by speed: at low speed, friction is not the sum of viscous and Coulomb friction"
         )
         fits = [
             replace(robust, method=POWER_BALANCE, why=why),

@@ -20,7 +20,7 @@ if it passes both tests with these longer windows. At the end, a hypothesis is r
 cases: the prediction errors increase little without the hypothesis, or a parameter that cannot be
 negative has become negative, such as the ratio of friction to inertial load. A spring of negative
 stiffness is not used either: over a part of the travel, other effects look like such a spring, and
-they are more frequent.
+such effects are more frequent.
 
 Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify_effects.md states further conditions and the significance levels.

@@ -100,7 +100,7 @@ def friction_force(
 
 
 def _reaching(one: Interval, other: Interval) -> Interval:
-    """Return the interval around the value of `one` that contains both intervals."""
+    """Return `one`, widened on either side so that it contains `other`."""
     apart = abs(other.value - one.value) + other.half_width
     return Interval.around(one.value, max(one.half_width, apart))
 

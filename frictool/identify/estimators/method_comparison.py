@@ -10,8 +10,8 @@ with a wrong effort may still simulate the position well. The first allowed cand
 position error at most a tenth above the smallest is chosen. The order of preference is: the method
 that the decision scheme of `auto` prefers, other regressions, output error. Output error is
 rejected if a parameter of the regression with the same load terms lies outside the interval by
-output error. This regression is fitted to all logs, also if the halves of the logs are too short
-for a fit.
+output error. This regression is fitted to all logs, and is available even if the halves of the logs
+are too short for a fit.
 
 If the fit includes a disturbing effect (`rows/effects.py`), the preferred method is used without a
 comparison, because the effect cannot be simulated. If the logs are too short to be halved, the
@@ -91,7 +91,7 @@ class PredictionScore:
     def leaves(self) -> bool:
         """Return True if the simulated position is far outside the range of the measured positions.
 
-        This is assumed if the rms position error exceeds this range; its value then has no meaning.
+        The condition is an rms position error above this range; such an error has no meaning.
         """
         return not self.position <= self.extent
 

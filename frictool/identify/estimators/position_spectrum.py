@@ -118,7 +118,7 @@ def best_whole_number(
     Returns
     -------
     SpectrumPeak or None
-        None if no number is tried, or if the regressors leave none distinguishable.
+        None if no number is tried, or if every ripple is a combination of the regressors.
     """
     travel = float(np.ptp(position))
     resolution = 2.0 * np.pi / travel if travel > 0.0 else np.inf

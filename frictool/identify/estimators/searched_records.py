@@ -1,7 +1,8 @@
 """Records of one axis, with regression rows, for the search for explanations of the effort.
 
-The rows have the columns of all hypotheses that the records can test, and of ripples whose wave
-numbers follow from the residual over the position.
+A hypothesis is a load or an effect that may act, such as a spring. The rows have the columns of all
+hypotheses that the records can test, and of ripples whose wave numbers follow from the residual
+over the position.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ class SearchedRecords:
     def of(
         cls, records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
     ) -> SearchedRecords:
-        """Return `records` for the search; of long records, only evenly spaced parts.
+        """Return `records` for the search; long records are reduced to evenly spaced parts.
 
         Raises UnusableLogs if the axis never moves by more than one encoder count.
         """
@@ -152,14 +153,14 @@ class SearchedRecords:
         """Return the regression rows with the columns of all hypotheses.
 
         Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
-        if the axis never slips for a whole smoothing window.
+        if no slip is as long as a smoothing window.
         """
         return joined(self.samples_of_records(waves))
 
     def samples_of_records(self, waves: tuple[float, ...]) -> list[RegressionSamples]:
         """Return the regression rows of `samples` separately for each record.
 
-        Raises UnusableLogs if the axis never slips for a whole smoothing window.
+        Raises UnusableLogs if no slip is as long as a smoothing window.
         """
         declared = self.bench.load or LoadTerms(("offset",))
         terms = (*(one.term for one in self.hypotheses), *RIPPLES[: len(waves)])
@@ -174,16 +175,14 @@ class SearchedRecords:
             every = max(least_step, window // ROWS_PER_WINDOW)
             parts.append(slipping_rows(record, bench, window, smoothed(record, window), every))
         if all(part.velocity.size == 0 for part in parts):
-            raise UnusableLogs(
-                "the axis never slips for a whole smoothing window; record longer strokes"
-            )
+            raise UnusableLogs("no slip lasts a whole smoothing window; record longer strokes")
         return parts
 
     def rows(self, waves: tuple[float, ...]) -> ReducedRows:
         """Return the regression rows with the columns of all hypotheses, as triangular matrices.
 
         Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
-        if the axis never slips for a whole smoothing window, or if the motion does not determine
+        if no slip is as long as a smoothing window, or if the motion does not determine
         Coulomb friction and offset.
         """
         samples = self.samples(waves)

@@ -1,4 +1,4 @@
-"""Simulation of a position servo along its logged goal positions, and fit of axis and servo.
+"""Simulation of a position servo that receives its logged goals, and fit of axis and servo.
 
 The model of the firmware (engine/firmware_servo.py) drives the axis from the goal and the simulated
 position, from the first sample to the last without a restart. The residual is the position error.
@@ -60,7 +60,7 @@ def servo_quantities(bench: Bench) -> dict[str, Quantity]:
 
 
 def driven_viscous(values: Mapping[str, float]) -> float:
-    """Return the viscous friction [N m s/rad] with torque enabled, with damping by back-EMF."""
+    """Return viscous friction plus damping by back-EMF with torque enabled, N m s/rad."""
     if LOOSE not in values:
         return values["viscous"]
     return values[LOOSE] + values["constant"] * values["back_emf"]

@@ -79,7 +79,7 @@ def sines(
     """Return viscous friction, Coulomb friction, offset and knees, but no inertia.
 
     A knee is a speed at which the viscous friction changes. Raises UnusableLogs if a direction has
-    too few strokes, or if all strokes have nearly one speed.
+    too few strokes, or if all strokes have nearly the same speed.
     """
     rows = checked_stroke_rows(records, bench)
     effort = rows.means.effort
@@ -173,9 +173,9 @@ def _coulomb_and_offset(
 
 
 def checked_stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """Return `stroke_rows`, the means over the middles of all strokes, if they suffice for a fit.
+    """Return the rows of `stroke_rows`, which are means over the middle of each stroke.
 
-    Raises UnusableLogs if a direction has too few strokes, or if all strokes have nearly one speed.
+    Raises UnusableLogs if a direction has too few strokes, or if all have nearly the same speed.
     """
     rows = stroke_rows(records, bench)
     _check(rows.means)
@@ -183,7 +183,7 @@ def checked_stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows
 
 
 def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """Return the means over the middles of all strokes, with regressors of Coulomb and offset.
+    """Return means over the middle of each stroke, with regressors of Coulomb and offset.
 
     Raises UnusableLogs if no stroke is long enough.
     """
@@ -248,8 +248,8 @@ def _check(means: StrokeMeans) -> None:
     speed = means.mean(means.speed)
     if speed.max() < SPREAD * speed.min():
         raise UnusableLogs(
-            f"all strokes have nearly one speed ({speed.min():.3g} to {speed.max():.3g} rad/s or "
-            "m/s), so that viscous and Coulomb friction cannot be separated; record sines of "
+            f"all strokes have nearly the same speed ({speed.min():.3g} to {speed.max():.3g} rad/s "
+            "or m/s), so that viscous and Coulomb friction cannot be separated; record sines of "
             "several speeds"
         )
 

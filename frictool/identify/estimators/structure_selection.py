@@ -7,7 +7,7 @@ term is kept if the squared errors of the predicted strokes decrease significant
 of paired strokes), and if the rms error of the predicted strokes falls by a fifth or more.
 
 If the bench declares its load terms, exactly these terms are used. If the logs are too short for
-halves, no term is added. Of long records, only evenly spaced parts are simulated.
+halves, no term is added. Long records are simulated in evenly spaced parts only.
 """
 
 from __future__ import annotations

@@ -79,9 +79,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     deviation, window = weak_deviation(strokes, axis, sensing, settings.window)
     samples, parts = _windows(records, bench, window)
     if samples.velocity.size == 0:
-        raise UnusableLogs(
-            "the axis never slips for a whole window of the weak form; record longer strokes"
-        )
+        raise UnusableLogs("no slip lasts a whole window of the weak form; record longer strokes")
     structure = FrictionStructure()
     if parameters_of(samples) == (SLIDING, {}):
         structure = choose_structure(samples, parts, OVERLAP, settings.confidence)

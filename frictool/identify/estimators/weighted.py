@@ -34,7 +34,7 @@ def weighted(
 
 
 def inverse_deviation(samples: RegressionSamples) -> Vector:
-    """Return the weight of each row (n,), 1/(standard deviation of the residuals at its speed).
+    """Return the factor of each row (n,): 1/(standard deviation of the residuals at its speed).
 
     All rows of a speed class have the same standard deviation. Raises UnusableLogs if the
     regressors are dependent.

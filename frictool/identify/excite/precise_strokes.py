@@ -330,6 +330,7 @@ def _unreachable(bench: Bench, request: PrecisionRequest, needed: float | None) 
     limit = (
         f"time: {wanted} needs a test of {needed:.3g} s; allowed: at most {request.longest:.4g} s"
         if needed is not None
-        else f"travel: strokes on this bench do not separate {', '.join(request.only(SLIDING))}"
+        else "travel: even on all of it, strokes do not separate "
+        f"{', '.join(request.only(SLIDING))}"
     )
     return NoSolutionError("; ".join([limit, *remedies(bench, request, needed)]))

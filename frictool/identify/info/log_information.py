@@ -163,9 +163,10 @@ def _tried(
     bench: Bench,
     reasons: dict[str, str | None],
 ) -> dict[str, str | None]:
-    """Return the reason why each method refuses the log, or None if it does not.
+    """Return for each method the reason why the method refuses the log, or None.
 
-    A log that is too long is not tried: `reasons` is then returned.
+    The methods are not tried on a log that is too long; the result is then `reasons`, the verdicts
+    without a trial.
     """
     if any(one.opening.time.size < one.base.samples for one in surveys):
         return reasons
@@ -176,7 +177,7 @@ def _tried(
 
 
 def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, Any]]:
-    """Return offset and drift of each other stream's clock, relative to the main stream's.
+    """Return offset and drift of the clock of each further stream against the main stream.
 
     The clocks are compared by the first signal that both streams contain.
     """

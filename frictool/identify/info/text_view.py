@@ -124,10 +124,10 @@ def _step(position: SignalSurvey) -> str:
     if position.step is not None:
         return f"{position.step:.6g} {position.unit}"
     if position.levels == 1:
-        return "unknown, the position does not change"
+        return "unknown: the position does not change"
     if position.levels < FEWEST_LEVELS:
         return (
-            f"unknown, the position takes {position.levels} values; at least {FEWEST_LEVELS} "
-            "are needed"
+            f"unknown: the position has only {position.levels} different values; at least "
+            f"{FEWEST_LEVELS} are needed"
         )
-    return "none, the positions are not multiples of a step"
+    return "none: the positions are not multiples of a step"

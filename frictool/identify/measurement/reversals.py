@@ -238,8 +238,8 @@ class ReversalRegression:
     def largest_hidden(self, widest: float) -> float:
         """Return the largest backlash [rad | m], at most `widest`, that would not show.
 
-        Inside the backlash, friction is assumed to fall to the fraction REDUCED. The backlash would
-        not show if it does not clearly worsen the fit without backlash.
+        Inside the backlash, friction is assumed to fall to the fraction REDUCED. A backlash would
+        not show if a model without backlash fits nearly as well.
         """
         count = np.unique(self.stroke).size
         plain = self.plain[:, :SLOPE]
@@ -435,7 +435,7 @@ def _regression(records: list[MotionRecord], other: OtherCauses, window: int) ->
 
 
 def _with_earlier_effort(record: MotionRecord, delay: float) -> MotionRecord:
-    """Return the first LONGEST samples, each with the effort that was logged `delay` [s] later."""
+    """Return the first LONGEST samples; the effort logged `delay` [s] later is moved to them."""
     part = record.part(slice(0, LONGEST))
     return replace(part, effort=np.interp(part.time + delay, record.time, record.effort))
 

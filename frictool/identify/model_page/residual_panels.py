@@ -62,7 +62,7 @@ def _residual_over_position(samples: SlipSamples, axis: Axis) -> FigurePanel:
     return FigurePanel(
         "Residual over position",
         "Measured effort minus the effort of the model, and its mean at each position. A load or "
-        "a cogging torque has the same residual in both directions of motion; the residual of "
+        "a cogging torque leaves the same residual in both directions of motion; the residual of "
         "friction changes its sign with the direction.",
         draw,
     )
@@ -149,8 +149,8 @@ def interval_panel(rows: Sequence[ParameterIntervals]) -> FigurePanel:
     return FigurePanel(
         "Intervals and the bench's ranges",
         "Grey: range of the bench. Wide line: interval for the nominal drive constant. Thin line: "
-        "absolute interval, with the error of the constant. Red: estimate. A deviation from 0 is "
-        "relative to the bench's Coulomb friction.",
+        "absolute interval, with the error of the constant. Red: estimate. If the bench's value is "
+        "0, the deviation is relative to the bench's Coulomb friction.",
         draw,
     )
 

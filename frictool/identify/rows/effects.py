@@ -173,12 +173,12 @@ def _warming(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
 
 def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
-    """Return the columns for changes of friction per kelvin at the reference temperature.
+    """Return the columns for friction that changes with the temperature.
 
     At h kelvin above the reference temperature, a friction F becomes F exp(p) with p = r h + k h^2.
     r [1/K] is the relative change of F per kelvin at h = 0, and k [1/K^2] is the coefficient of h^2
-    in p. With I = (exp(p) - 1)/p, F exp(p) equals F + F r h I + F k h^2 I. If the curvature of the
-    record is 0, the column of k is left out.
+    in p. With I = (exp(p) - 1)/p, F exp(p) equals F + F r h I + F k h^2 I. The column of k is left
+    out if the record has k = 0 (`viscous_curvature`).
     """
     warm = motion.record.temperature
     if warm is None:
@@ -201,8 +201,8 @@ def _mean_exponential(exponent: Vector) -> Vector:
 def missing_temperature(record: MotionRecord) -> str:
     """Return the message for a record without the temperature that `load.terms` requires."""
     return (
-        f"{Path(record.name).name} has no temperature, on which temperature of load.terms "
-        "depends; name its column under columns.temperature of the bench"
+        f"{Path(record.name).name} has no temperature, which load.terms of the bench requires; "
+        "name its column under columns.temperature of the bench"
     )
 
 

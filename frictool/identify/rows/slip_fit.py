@@ -4,7 +4,7 @@ An inertia that cannot be identified remains a parameter of the regression. Over
 acceleration is nearly orthogonal to the velocity and to the sign of the velocity, so that the
 inertia hardly widens the other intervals.
 
-Noise makes the fitted inertia too small. If all strokes have one speed, only the samples near
+Noise makes the fitted inertia too small. If all strokes have the same speed, only the samples near
 reversals separate viscous from Coulomb friction. The error of the inertia then shifts viscous and
 Coulomb friction. The intervals of the other parameters therefore include the values fitted with
 every inertia between the fitted inertia and the inertia without this error (`_unattenuated`). If
@@ -76,7 +76,7 @@ def weighted_fit(
     """Return the least-squares fit of slipping samples, weighted by `weigh(samples)` (n,).
 
     Parameters in `droppable` that do not improve the prediction are set to 0. Raises UnusableLogs
-    if the axis never slips for a whole smoothing window.
+    if no slip is as long as a smoothing window.
     """
 
     def fitting(rows: RegressionSamples, used: int) -> SlidingFit:
@@ -100,7 +100,7 @@ def slipping_fit(
     """Return the fit, by the function `fitting`, of the samples at which the axis certainly slips.
 
     If the encoder is too coarse for the inertia, the inertia is reported as not identified. Raises
-    UnusableLogs if the axis never slips for a whole smoothing window.
+    UnusableLogs if no slip is as long as a smoothing window.
     """
     samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
     result = fitting(with_fixed(samples, settings.fixed), used)
@@ -222,7 +222,7 @@ def slipping(
     - share: allowed ratio of noise to acceleration, from which the window of each record follows
     - window: smoothing window for all records, samples; None for windows that follow from `share`
 
-    Raises UnusableLogs if the axis never slips for a whole smoothing window.
+    Raises UnusableLogs if no slip is as long as a smoothing window.
     """
     parts, windows = [], []
     for record in records:
@@ -235,7 +235,7 @@ def slipping(
     if sum(part.velocity.size for part in parts) == 0:
         backlash = " outside the backlash" if full_backlash(bench) else ""
         raise UnusableLogs(
-            f"the axis never slips{backlash} for a whole smoothing window; record longer strokes"
+            f"no slip{backlash} lasts a whole smoothing window; record longer strokes"
         )
     return joined(parts), max(windows)
 

@@ -195,8 +195,8 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
     ------
     LogError
         If the log has no motion, if no gap-free part is longer than the skipped samples, if a
-        closed loop has no reference or the bench has a servo, or if the log does not fit the bench
-        of the model.
+        closed loop is requested although the log has no reference or the bench has a servo, or if
+        the log does not fit the bench of the model.
     NoSolutionError
         If the simulation fails.
     """

@@ -170,7 +170,7 @@ class ParquetTable(LibraryTable):
                     row += batch.num_rows
                 if row != end:
                     raise ValueError(
-                        f"{end} rows are declared up to the group's end, but {row} are present"
+                        f"this and the earlier groups declare {end} rows, but have {row}"
                     )
             except (OSError, ValueError) as error:  # pyarrow raises these
                 reason = f"row group {group + 1} is damaged: {error}"

@@ -124,8 +124,8 @@ class ColumnChoice:
 
     column: name of the chosen column; OPEN if `questions` asks the user for the column.
     unit: chosen unit; OPEN if `questions` asks the user for the unit.
-    table: table that contains the first element of `columns`.
     columns: columns that fit the channel equally well.
+    table: table that contains the first of these columns.
     questions: questions to the user about the column and the unit.
     """
 

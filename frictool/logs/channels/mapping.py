@@ -158,8 +158,8 @@ class ChannelMapper:
     def samples(self, salvage: bool = False) -> Iterator[SampleBlock]:
         """Yield the samples in blocks (see StreamSource).
 
-        Also raises LogError if times do not increase, if there are fewer than 2 samples, or if the
-        period differs from the expected period by more than a factor of 30.
+        In addition, raises LogError if times do not increase, if there are fewer than 2 samples, or
+        if the period differs from the expected period by more than a factor of 30.
         """
         self._begin()
         inbox: list[DataLoss] | None = [] if salvage else None

@@ -59,7 +59,7 @@ def unassigned_time(table: RawTable, period: float) -> str | None:
 
 
 def _scales(table: RawTable, name: str) -> dict[str, float]:
-    """Return the possible units of a time column, each with its size in s; {} for others."""
+    """Return the possible units of a time column, each with its size in s; else {}."""
     unit = table.units.get(name) or unit_in(name)
     if unit is None:
         return UNITS if quantities(name) == ["time"] else {}
