@@ -93,6 +93,25 @@ def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
     ]
 
 
+def asymmetry_warnings(ramp: Breakaway | None, fit: SlidingFit | None, bench: Bench) -> list[str]:
+    """Return a warning if the breakaway differs between directions, unlike friction in slip.
+
+    An offset that differs between the logs of ramps and of sliding has the same effect.
+    """
+    law = None if ramp is None else ramp.by_position
+    if law is None or law.common or (fit is not None and fit.laws and fit.laws.backward):
+        return []
+    if law.forward.low <= law.backward.high and law.backward.low <= law.forward.high:
+        return []
+    unit = si_unit("effort", bench.axis)
+    half = 0.5 * abs(law.forward.value - law.backward.value)
+    return [
+        f"breakaway: forward {law.forward.value:.3g}, backward {law.backward.value:.3g} {unit}; or "
+        f"the offset of the ramps differs by {half:.2g} {unit} from that of the strokes: record "
+        "both without a restart"
+    ]
+
+
 def rejected_onset_warnings(ramp: Breakaway | None) -> list[str]:
     """Return a warning if motions in the ramps were left out, because they are not breakaways."""
     if ramp is None:

@@ -35,6 +35,7 @@ from frictool.identify.fit_result import (
     UnusableLogs,
 )
 from frictool.identify.fit_warnings import (
+    asymmetry_warnings,
     contradiction_warnings,
     doubt_warnings,
     load_warnings,
@@ -357,6 +358,7 @@ def _suspects(logs: AxisLogs, outcome: Outcome, wider: WidenedFit | None) -> dic
             *load_warnings(outcome.ramp, logs.bench),
             *local_ramp_warnings(outcome.ramp, fit, logs.sliding, logs.bench),
             *mixed_onset_warnings(outcome.ramp, logs.bench),
+            *asymmetry_warnings(outcome.ramp, fit, logs.bench),
             *([f"breakaway: {impossible}"] if impossible else []),
         ],
         **{name: [*short, *doubts.get(name, ())] for name in SLIDING},

@@ -135,6 +135,19 @@ def test_ramps_whose_breakaway_varies_leave_the_gravity_of_a_sliding_log(seed: i
     assert not any("breakaway" in warning for warning in found.warnings)
 
 
+def test_an_offset_that_changes_between_the_logs_is_no_friction_by_direction() -> None:
+    axis = loaded_axis(5, "gravity", known=False)
+    shifted = axis.truth | {"offset": 0.0}
+    ramps = ramps_of(shifted, gravity_of(axis), laws=AxisLaws(shape=TILTED))
+    found = identify([axis.record, ramps], axis.bench)
+    assert found.ramp is not None
+    assert found.ramp.by_position is not None
+    assert not found.ramp.by_position.common
+    (doubt,) = (one for one in found.warnings if "the offset of the ramps differs by" in one)
+    assert doubt == found.doubts["breakaway"]
+    assert len(doubt) <= LONGEST
+
+
 @pytest.mark.parametrize("seed", [2, pytest.param(1, marks=pytest.mark.accept)])
 def test_ramps_in_one_direction_need_the_largest_load(seed: int) -> None:
     axis, ramps = heavy(seed)
