@@ -10,21 +10,27 @@ from __future__ import annotations
 import gc
 import json
 import os
+import sys
 from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
 
 os.environ.setdefault(
     "OPENBLAS_NUM_THREADS", "1"
 )  # read when numpy and scipy are first imported, here and by each child process
 
 _FIXED = settings(derandomize=True, deadline=None, database=None)
-settings.register_profile("frictool", _FIXED, max_examples=30)
+settings.register_profile("frictool", _FIXED, max_examples=20)
 settings.register_profile("hundred examples", _FIXED, max_examples=100)  # tests/accept
 settings.load_profile("frictool")
+providers._get_local_constants = lambda: providers._local_constants  # type: ignore[attr-defined]
+# without the numbers in the source text of what happens to be imported, a test draws the same
+# examples alone and among others
 
 
 def pytest_configure() -> None:
@@ -68,16 +74,28 @@ LEAST_S = 1.0  # a package that takes less is not listed
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Iterator[None]:
+def pytest_collection(session: pytest.Session) -> Iterator[None]:
     """Exempt what the collection leaves from garbage collection: it is kept until the run ends.
 
     Later objects are searched seldom; with Python's own thresholds, the search takes a tenth of the
     time of some folders.
+
+    pytest rewrites the assertions of each file on its first import and keeps what it wrote. Each
+    process begins with other files, so that a clean checkout is rewritten once and not by each.
     """
     gc.disable()
+    config, tests = session.config, Path(__file__).parent
+    worker = getattr(config, "workerinput", None)
+    if worker and config.args == ["tests"]:
+        folders = {package.parent for package in tests.glob("*/__init__.py")}
+        parts = sorted(map(str, {*folders, *tests.glob("test_*.py")}))
+        first = int(worker["workerid"][2:]) * len(parts) // worker["workercount"]
+        config.args = parts[first:] + parts[:first]
+    writes_no_bytecode, sys.dont_write_bytecode = sys.dont_write_bytecode, False
     try:
         return (yield)
     finally:
+        sys.dont_write_bytecode = writes_no_bytecode
         gc.freeze()
         gc.set_threshold(20_000, 20, 20)
         gc.enable()
@@ -93,7 +111,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     also take longest, and the last file of a run should be a short one.
     """
     ranks = {name: rank for rank, name in enumerate(FIRST)}
-    items.sort(key=lambda item: ranks.get(item.nodeid.partition("::")[0], len(FIRST)))
+    files = [item.nodeid.partition("::")[0] for item in items]
+    order = {name: (ranks.get(name, len(FIRST)), name) for name in files}
+    items.sort(key=lambda item: order[item.nodeid.partition("::")[0]])
 
 
 @pytest.hookimpl(wrapper=True)

@@ -37,7 +37,7 @@ def passes(path: str, *options: str) -> dict[str, Any]:
 
 CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
     **{f"long tests: {path}": partial(passes, path, "-m", "accept") for path in MARKED},
-    # `make test` draws 30 examples of each property that states no number of its own
+    # `make test` draws 20 examples of each property that states no number of its own
     "property tests: a hundred examples": partial(
         passes, "tests", "-m", "hypothesis", "--hypothesis-profile", "hundred examples"
     ),

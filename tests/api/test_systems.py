@@ -4,10 +4,10 @@ ours."""
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import control
 import numpy as np
 import pytest
 from scipy import signal
@@ -73,6 +73,8 @@ def test_it_is_the_continuous_one_by_tustin(controller: Controller) -> None:
 def test_a_vertex_has_the_stored_margin(controller: Controller, which: int) -> None:
     """The loop put together by python-control alone, from the physical parameters: zero-order hold,
     delay, controller."""
+    import control  # takes a second, which the collection of the tests does not need
+
     vertex, lag = controller.verified.vertices[which], MODEL.bench.actuator.loop_time_constant_s
     axis = control.tf(
         [vertex.constant], np.polymul([lag, 1.0], [vertex.inertia, vertex.viscous, 0.0])
@@ -109,13 +111,15 @@ def test_a_model_is_its_axis() -> None:
 @pytest.mark.parametrize(
     "given",
     [
-        control.tf(PID.num, PID.den),
-        control.ss(control.tf(PID.num, PID.den)),
-        control.sample_system(control.ss(control.tf(PID.num, PID.den)), PERIOD, "bilinear"),
-        PID,
-        PID.to_ss(),
-        PID.to_zpk(),
-        signal.StateSpace(
+        lambda control: control.tf(PID.num, PID.den),
+        lambda control: control.ss(control.tf(PID.num, PID.den)),
+        lambda control: control.sample_system(
+            control.ss(control.tf(PID.num, PID.den)), PERIOD, "bilinear"
+        ),
+        lambda _: PID,
+        lambda _: PID.to_ss(),
+        lambda _: PID.to_zpk(),
+        lambda _: signal.StateSpace(
             *signal.cont2discrete(
                 (PID.to_ss().A, PID.to_ss().B, PID.to_ss().C, PID.to_ss().D), PERIOD, "bilinear"
             )[:4],
@@ -132,8 +136,12 @@ def test_a_model_is_its_axis() -> None:
         "scipy sampled",
     ],
 )
-def test_whoever_s_system_it_is_the_same(given: Any, controller: Controller) -> None:
-    found = as_lti(given, PERIOD)
+def test_whoever_s_system_it_is_the_same(
+    given: Callable[[Any], Any], controller: Controller
+) -> None:
+    import control
+
+    found = as_lti(given(control), PERIOD)
     response = found.response(ANGLES / PERIOD)[:, 0, 0]
     np.testing.assert_allclose(
         response, controller_system(controller).response(ANGLES / PERIOD)[:, 0, 0], rtol=1e-5
@@ -144,21 +152,26 @@ def test_whoever_s_system_it_is_the_same(given: Any, controller: Controller) -> 
     ("given", "words"),
     [
         (
-            control.ss(np.eye(1) * 0.5, np.ones((1, 2)), np.ones((1, 1)), np.zeros((1, 2)), PERIOD),
+            lambda control: control.ss(
+                np.eye(1) * 0.5, np.ones((1, 2)), np.ones((1, 1)), np.zeros((1, 2)), PERIOD
+            ),
             "2 inputs and 1 outputs",
         ),
         (
-            control.tf([1.0], [1.0, -0.5], 2 * PERIOD),
+            lambda control: control.tf([1.0], [1.0, -0.5], 2 * PERIOD),
             "is sampled at 0.002 s; allowed: continuous, or the sample period of 0.001 s",
         ),
-        (control.tf([1.0, 0.0], [1.0]), "improper"),
-        (control.ss([[0.5]], [[1.0]], [[np.inf]], [[0.0]], PERIOD), "not finite"),
-        (3.0, "a float is not a linear system"),
+        (lambda control: control.tf([1.0, 0.0], [1.0]), "improper"),
+        (lambda control: control.ss([[0.5]], [[1.0]], [[np.inf]], [[0.0]], PERIOD), "not finite"),
+        (lambda _: 3.0, "a float is not a linear system"),
     ],
 )
-def test_what_is_no_such_system_is_refused(given: Any, words: str) -> None:
+def test_what_is_no_such_system_is_refused(given: Callable[[Any], Any], words: str) -> None:
+    import control
+
+    system = given(control)
     with pytest.raises(FrictoolError, match=words):
-        as_lti(given, PERIOD)
+        as_lti(system, PERIOD)
 
 
 def test_one_s_own_controller_is_verified_kept_and_read_again(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +21,10 @@ from tests.support.command_line import refused
 from tests.support.example_logs import GOLDEN
 from tests.support.logger_files import CURRENT, PERIOD_MS, POSITION, ROWS
 
-pytest.importorskip("nptdms")
-pytest.importorskip("pyulog")
-pytest.importorskip("can")
-pytest.importorskip("cantools")
+LIBRARIES = ("nptdms", "pyulog", "can", "cantools")
+pytestmark = pytest.mark.skipif(
+    not all(find_spec(name) for name in LIBRARIES), reason=f"{', '.join(LIBRARIES)} are needed"
+)
 
 FOLDER = GOLDEN / "loggers"
 FILES = {

@@ -19,9 +19,15 @@ from frictool.logs.raw_table import BLOCK_ROWS, DataLoss
 from tests.logs.tables import columns, one_line, times
 from tests.support.example_logs import GOLDEN, measured
 
-asammdf = pytest.importorskip("asammdf")
 V4, V3 = GOLDEN / "v4.mf4", GOLDEN / "v3.mdf"
 EPOCH = 1_700_000_000_123_456_789
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _asammdf() -> None:
+    """Import the writer where it is needed: that takes most of a second."""
+    global asammdf
+    asammdf = pytest.importorskip("asammdf")
 
 
 @pytest.mark.parametrize("path", [V4, V3])

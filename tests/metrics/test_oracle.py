@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import control
 import numpy as np
 import pytest
 from hypothesis import given
@@ -18,6 +17,8 @@ TIME = np.arange(8000) * 5e-4
 
 @given(st.floats(0.15, 0.95), st.floats(12.0, 60.0))
 def test_step_figures_are_those_of_another_program(damping: float, frequency: float) -> None:
+    import control  # takes a second, which the collection of the tests does not need
+
     position = second_order(TIME, damping, frequency)
     theirs = control.step_info(position, TIME, final_output=1.0, SettlingTimeThreshold=0.05)
     assert response_time_95(TIME, position, 0.0, 1.0) == pytest.approx(

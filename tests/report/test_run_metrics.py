@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.campaign.draws.sampling import draws_of
@@ -61,6 +61,7 @@ def test_metrics_of_a_step(seed: int, samples: int, target: float, resolution: f
     assert turns == reversals(position, 0.0, target, resolution)
 
 
+@settings(max_examples=30)
 @given(
     counts=st.lists(st.integers(-40, 40), min_size=1, max_size=60),
     multiple=st.integers(1, 4),

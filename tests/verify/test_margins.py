@@ -3,7 +3,6 @@ scanned Nyquist curve, and python-control."""
 
 from __future__ import annotations
 
-import control
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -88,6 +87,8 @@ def test_the_loop_is_stable_up_to_its_margins_and_not_beyond(**case: float) -> N
 @given(**drawn)
 @settings(max_examples=settings.default.max_examples // 3)
 def test_against_python_control(**case: float) -> None:
+    import control  # takes a second, which the collection of the tests does not need
+
     controller, rates = _loop(**case)
     loop = open_loop(controller, rates, LAG, int(case["delay"]))
     found = loop_margins(loop)
