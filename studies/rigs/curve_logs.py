@@ -9,6 +9,7 @@ from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
+from studies.rigs.engine_pointer import advance_pointer
 from studies.rigs.identification_rigs import (
     MASS,
     MASS_NOISE,
@@ -45,7 +46,9 @@ def mass_sines(seed: int, step: float = MASS.encoder_step) -> list[MotionRecord]
         )
         x, u = np.empty(time.size), np.empty(time.size)
         state = np.asarray(rest(reference[0] + step * generator.random()))
-        assert position_loop(state, reference, gains, MASS.as_array(), step, MASS_PERIOD, x, u) == 0
+        plant, advance = MASS.as_array(), advance_pointer()
+        status = position_loop(state, reference, gains, plant, step, MASS_PERIOD, x, u, advance)
+        assert status == 0
         u += MASS_NOISE * generator.standard_normal(u.size)
         kept = slice(SETTLE, None)
         logs.append(

@@ -9,11 +9,11 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.engine.axis_motion import advance
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
+from studies.rigs.engine_pointer import Advance, advance_pointer
 from studies.rigs.sample_logs import TRUTH, Recording
 
 ROOT = Path(__file__).parents[2]
@@ -74,6 +74,7 @@ def position_loop(
     period: float,
     x: Vector,
     u: Vector,
+    advance: Advance,
 ) -> int:
     """Simulate a PID on the encoder's position; fill x, u (n,) and return the engine's status."""
     integral, before = 0.0, reference[0] - math.floor(state[0] / step) * step
@@ -121,7 +122,15 @@ def mass_sine(seed: int, top_speed: float = MASS_SPEED) -> MotionRecord:
     state = np.asarray(rest(reference[0] + MASS.encoder_step * generator.random()))
     assert (
         position_loop(
-            state, reference, gains, MASS.as_array(), MASS.encoder_step, MASS_PERIOD, x, u
+            state,
+            reference,
+            gains,
+            MASS.as_array(),
+            MASS.encoder_step,
+            MASS_PERIOD,
+            x,
+            u,
+            advance_pointer(),
         )
         == 0
     )

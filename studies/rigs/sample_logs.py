@@ -21,10 +21,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictool.engine.axis_motion import advance
 from frictool.plant.axis import AxisParameters, rest
 from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Vector
+from studies.rigs.engine_pointer import Advance, advance_pointer
 
 TRUTH = AxisParameters(
     inertia=1.32e-5,
@@ -84,6 +84,7 @@ def _servo(
     step: float,
     encoder: IntVector,
     drive: Vector,
+    advance: Advance,
 ) -> int:
     """Simulate a servo along `reference` (n, 2) of position and speed.
 
@@ -116,6 +117,7 @@ def _ramp(
     step: float,
     encoder: IntVector,
     drive: Vector,
+    advance: Advance,
 ) -> int:
     """Simulate the ramps of figure 4.6; return the number of filled samples, or < 0.
 
@@ -182,6 +184,7 @@ def play_reference(
             truth.encoder_step,
             encoder,
             drive,
+            advance_pointer(),
         )
     )
     return _recording(encoder, drive, generator)
@@ -246,6 +249,7 @@ def ramp(seed: int, truth: AxisParameters = TRUTH, rate: float = RAMP) -> Record
         truth.encoder_step,
         encoder,
         drive,
+        advance_pointer(),
     )
     _check(min(used, 0))
     return _recording(encoder[:used], drive[:used], generator)

@@ -19,7 +19,6 @@ import numpy as np
 from frictool.engine.axis_motion import advance
 from frictool.engine.status_codes import OK
 from frictool.plant.axis import POSITION, STATE_SIZE, VELOCITY, AxisParameters
-from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
 DRY = AxisParameters(inertia=1.0, viscous=0.0, coulomb=1.0, breakaway=1.5)
@@ -31,7 +30,6 @@ SPEED_GAIN, SPEED_INTEGRAL_TIME, POSITION_GAIN = 8.0, 0.2, 10.0
 NO_LIMITER, LIMITER = 0.0, 1.0
 
 
-@kernel
 def pid_output(memory: Vector, error: float) -> float:
     """Return the command of (5.39) before its limit [N], and advance the low-pass by one sample.
 
@@ -42,7 +40,6 @@ def pid_output(memory: Vector, error: float) -> float:
     return float(GAIN * (error + memory[0] / INTEGRAL_TIME + steepness))
 
 
-@kernel
 def pi_output(memory: Vector, error: float) -> float:
     """Return the command of the speed controller before its limit [N].
 
@@ -51,26 +48,22 @@ def pi_output(memory: Vector, error: float) -> float:
     return float(SPEED_GAIN * (error + memory[0] / SPEED_INTEGRAL_TIME))
 
 
-@kernel
 def integrate(memory: Vector, error: float, command: float) -> None:
     """Add the error to the integral, unless it would increase a limited command [N]."""
     if not (abs(command) > LIMIT and command * error > 0.0):
         memory[0] += PERIOD * error
 
 
-@kernel
 def limited(command: float) -> float:
     return min(max(command, -LIMIT), LIMIT)
 
 
-@kernel
 def on_the_way(error: float, velocity: float, braking: float) -> bool:
     """Return True if a friction of `braking` [N] stops the mass of 1 kg within the band (5.7)."""
     path = velocity * velocity / (2.0 * braking)
     return path - BAND < abs(error) < path + BAND
 
 
-@kernel
 def run_pid(
     axis: Vector, limiter: float, coulomb: float, virtual: float, slope: float, positions: Vector
 ) -> int:
@@ -95,7 +88,6 @@ def run_pid(
     return OK
 
 
-@kernel
 def run_printed(
     axis: Vector, virtual: float, slope: float, coulomb: float, positions: Vector
 ) -> int:
@@ -115,7 +107,6 @@ def run_printed(
     return OK
 
 
-@kernel
 def run_cascade(axis: Vector, root_gain: float, positions: Vector) -> int:
     """Simulate a PI of the speed below a position law.
 

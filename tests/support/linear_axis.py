@@ -9,11 +9,11 @@ import numpy as np
 
 from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
 from frictool.documents.quantity import Quantity
-from frictool.engine.axis_motion import advance
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
+from studies.rigs.engine_pointer import Advance, advance_pointer
 
 PERIOD, SAMPLES = 1e-3, 20_000
 ENCODER_STEP = 1e-6  # m
@@ -55,6 +55,7 @@ def _servo(
     period: float,
     x: Vector,
     current: Vector,
+    advance: Advance,
 ) -> int:
     """Plays `reference` (n + 1,); fills `x` and `current` (n,). Returns the engine's status. The
     current of a sample acts at once."""
@@ -97,7 +98,10 @@ def linear_axis(seed: int) -> tuple[AxisParameters, MotionRecord]:
     ) + 0.03 * np.sin(2.3 * frequency * angle)
     x, current = np.empty(SAMPLES), np.empty(SAMPLES)
     state = np.asarray(rest(reference[0] + ENCODER_STEP * draw.random()))
-    assert _servo(state, reference, SERVO, truth.as_array(), ENCODER_STEP, PERIOD, x, current) == 0
+    plant = truth.as_array()
+    advance = advance_pointer()
+    status = _servo(state, reference, SERVO, plant, ENCODER_STEP, PERIOD, x, current, advance)
+    assert status == 0
     current += CURRENT_NOISE * draw.standard_normal(SAMPLES)
     log = make_record(
         "carriage",
