@@ -38,7 +38,7 @@ UNITS = {
     "breakaway": "N m",
     "offset": "N m",
 }
-CANDIDATES = 60
+CANDIDATES = 25
 
 
 def turntable(**others: tuple[float, float, float]) -> Model:

@@ -40,12 +40,15 @@ ELSEWHERE = {  # pages with a test of their own, in a folder of their own
 }
 # the folders of tests of these commands run them too, on smaller examples
 LONG = (
+    "docs/limits.md",
     "docs/tutorial_plan.md",
+    "docs/weights.md",
     *(
         f"docs/theory/{name}.md"
         for name in (
             *("campaign", "compare", "excite", "export", "export_models", "observers", "reduce"),
-            *("report", "simulate", "velocity"),
+            *("identify", "identify_effects", "identify_many", "report", "simulate", "synth"),
+            "velocity",
         )
     ),
 )

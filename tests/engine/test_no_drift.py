@@ -103,7 +103,11 @@ def test_leuven_of_first_order_drifts_where_it_is_pushed(
 
 @pytest.mark.parametrize(
     ("law", "exponent", "claim"),
-    [("leuven", 1.0, "-"), ("leuven", 10.0, "+"), ("maxwell_slip", 10.0, "+")],
+    [
+        pytest.param("leuven", 1.0, "-", marks=pytest.mark.accept),
+        ("leuven", 10.0, "+"),
+        ("maxwell_slip", 10.0, "+"),
+    ],
 )
 def test_the_table_claims_no_drift_where_there_is_none(
     law: str, exponent: float, claim: str
@@ -120,3 +124,4 @@ def test_the_table_has_the_verdict_of_the_drift() -> None:
     setting = replace(table_3_1(), leuven_exponent=1.0)
     found = compare(setting, LawSimulator(setting), ("leuven",)).laws["leuven"]
     assert found.properties["non_drift"] == found.drift.verdict == "-"
+    assert 1.0 < abs(found.drift.z_max_units) < math.inf

@@ -16,7 +16,7 @@ from tests.fuzz import child
 from tests.fuzz.harness import SEED, fuzz
 from tests.support import sample_files
 
-INPUTS = (2, 9)  # of each format, in `make test` and in `make accept`
+INPUTS = (1, 9)  # of each format, in `make test` and in `make accept`
 LOGGER_INPUTS = (1, 3)  # of each logger: they are all text
 
 

@@ -366,7 +366,7 @@ def test_the_spectrum_finds_what_both_halves_have() -> None:
     assert highest_peak(position, both, half, 15.0) is None  # fewer than 1.5 periods
 
 
-@pytest.mark.parametrize("count", [3, pytest.param(6, marks=pytest.mark.accept)])
+@pytest.mark.parametrize("count", [2, pytest.param(6, marks=pytest.mark.accept)])
 def test_through_a_coarse_encoder_the_position_is_no_load_in_place_of_the_acceleration(
     count: int, tmp_path: Path
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -132,7 +133,7 @@ def test_no_backlash_is_said_and_a_coarse_encoder_does_not_tell_a_small_width() 
 def test_a_coarse_encoder_gives_no_wrong_width(backlash: float, seed: int) -> None:
     """56 counts per revolution: a backlash of 1 rad is 9 counts."""
     truth = TRUTH._replace(backlash=backlash)
-    width = reversals([record(sines(seed, truth), truth)], clutch(), 0.95)[0]
+    width = reversals([record(fast_strokes(seed, truth), truth)], clutch(), 0.95)[0]
     if isinstance(width, Interval):
         assert width.low <= backlash <= width.high
     else:
@@ -170,21 +171,23 @@ def test_a_backlash_is_measured_under_a_return_spring(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("shape", "distance"),
+    ("shape", "distance", "strokes_of"),
     [
-        ("presliding", 1.0),
-        ("elastic", 4.0),
+        ("presliding", 1.0, fast_strokes),
+        ("elastic", 4.0, fast_strokes),
         *(
-            pytest.param(*one, marks=pytest.mark.accept)
+            pytest.param(*one, sines, marks=pytest.mark.accept)
             for one in (("presliding", 4.0), ("elastic", 1.0))
         ),
     ],
 )
-def test_a_gradual_rise_is_no_backlash(shape: str, distance: float) -> None:
+def test_a_gradual_rise_is_no_backlash(
+    shape: str, distance: float, strokes_of: Callable[[int, AxisParameters], Recording]
+) -> None:
     """After a reversal, friction rises from -C to C over some distance: exponentially with
     presliding (Dahl), linearly while a soft shaft winds up. Half of the friction rises so."""
     tight = TRUTH._replace(encoder_step=FINE_STEP, backlash=0.0)
-    log = record(sines(0, tight), tight)
+    log = record(strokes_of(0, tight), tight)
     strokes = find_strokes(log)
     left = (
         np.exp(-strokes.advance / distance)

@@ -142,7 +142,7 @@ BOMBS: dict[str, tuple[Callable[[Path], None], str]] = {
     ),
     "bag": (_bytes(lambda: _bag(bytes(8_000_000), 40)), "has no topic with numbers"),
     "bag large": (_bytes(lambda: _bag(bytes(40_000_000), 4)), "has no topic with numbers"),
-    "mat": (_bytes(lambda: b"".join(_variables(25_000))), "has more than 20000 arrays"),
+    "mat": (_bytes(lambda: b"".join(_variables(20_100))), "has more than 20000 arrays"),
     "hdf5": (_filled, "declares 250000000 rows"),
     "npz": (_zeros_npz, "declares 6000000 rows"),
     "parquet": (_constant_parquet, "declares 10000000 rows"),

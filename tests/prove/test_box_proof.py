@@ -49,6 +49,7 @@ from frictool.prove.box_proof import (
     ratios_of,
     search,
     share_of,
+    sizes,
     total_share,
 )
 from frictool.prove.box_tube import (
@@ -93,7 +94,15 @@ def _speed() -> BoxTest:
 
 @cache
 def _first_cells() -> list[str]:
-    return first_cells(_speed())
+    """Return first cells of a part of the box, near the middle; all of them take two seconds."""
+    queue, cells = ["fCFCFCFVC"], []
+    while queue:
+        path = queue.pop()
+        if max(sizes(_speed(), path)) > 1.0:
+            queue += halves(_speed(), path)
+        else:
+            cells.append(path)
+    return sorted(cells)
 
 
 @cache
@@ -150,7 +159,7 @@ def _play(test: BoxTest, plant: ax.AxisParameters, start: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("cells", "runs"), [(2, 12), pytest.param(12, 400, marks=pytest.mark.accept)]
+    ("cells", "runs"), [(1, 12), pytest.param(12, 400, marks=pytest.mark.accept)]
 )
 def test_every_run_of_the_engine_is_in_the_tube_of_its_cell(cells: int, runs: int) -> None:
     test = _speed()
