@@ -99,7 +99,8 @@ def asymmetry_warnings(ramp: Breakaway | None, fit: SlidingFit | None, bench: Be
     An offset that differs between the logs of ramps and of sliding has the same effect.
     """
     law = None if ramp is None else ramp.by_position
-    if law is None or law.common or (fit is not None and fit.laws and fit.laws.backward):
+    backward = None if fit is None or fit.laws is None else fit.laws.backward
+    if law is None or law.common or (backward is not None and backward.coulomb is not None):
         return []
     if law.forward.low <= law.backward.high and law.backward.low <= law.forward.high:
         return []
