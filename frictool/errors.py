@@ -72,7 +72,7 @@ class DocumentError(InputFileError):
 
 
 class LogError(InputFileError):
-    """A log cannot be read, or lacks channels that a stage needs."""
+    """A log cannot be read, or lacks channels that a command needs."""
 
 
 class OutputError(FrictoolError):

@@ -98,8 +98,8 @@ def assumed_fall(model: Model) -> str:
     contact = getattr(document, document.law, None) or document
     speed = today.breakaway.value / math.sqrt(contact.stiffness.value * today.inertia.value)
     return (
-        f"presliding by {document.law} without stribeck_velocity: the friction is assumed to fall "
-        f"to the Coulomb friction within {speed:.3g} "
+        f"presliding by {document.law} without stribeck_velocity: simulations use a Stribeck "
+        f"velocity of {speed:.3g} "
         f"{'rad/s' if model.axis == 'rotary' else 'm/s'}, the speed of the contact's oscillation"
     )
 

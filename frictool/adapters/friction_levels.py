@@ -64,8 +64,8 @@ def least_breakaway(model: Model) -> float:
     """Return the smallest forward breakaway [N m | N] with the model's Coulomb friction.
 
     Without a separate shape of the breakaway over the position, the result is the forward Coulomb
-    friction. Otherwise, the result is the smallest value with which the breakaway is at least the
-    Coulomb friction at every position in both directions.
+    friction. Otherwise, it is the smallest level for which the breakaway is at least the Coulomb
+    friction at every position in both directions.
     """
     today, laws = model.parameters, model.laws
     least: float = today.coulomb.value

@@ -132,7 +132,7 @@ def _of_late_position(
         return reason, ""
     lag, longest = unstated_lag(late), late.interval[1]
     if test is None:
-        return f"the logs show {lag}; it was not simulated; leave out --no-play", ""
+        return f"the logs show {lag}; the steps were not simulated with it; leave out --no-play", ""
     failure = _failure(test, test.spec, _slower(controller, longest), _slower(test.model, longest))
     return (f"with {lag}, as in the logs, {failure}", "") if failure else ("", f"passes with {lag}")
 

@@ -190,7 +190,7 @@ def _tried(cuts: Sequence[_Cut], parameter: VariedParameter) -> list[_Cut]:
 def _confirmed(
     test: DesignTest, name: str, parameter: VariedParameter, cut: _Cut
 ) -> tuple[NarrowerRange | None, int]:
-    """Return (range up to a cut, or None if the candidate fails with it; number of runs)."""
+    """Return (range up to a cut, or None if the candidate fails in this range; number of runs)."""
     bounds = (parameter.low, cut.value) if cut.upper else (cut.value, parameter.high)
     if not bounds[0] <= parameter.nominal <= bounds[1]:
         return None, 0  # the value was rounded past the nominal value

@@ -147,7 +147,7 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """Yield a function like `map` that uses `workers` processes; with 1, it uses this process."""
+    """Yield a function like `map` that uses `workers` processes, or only this one if it is 1."""
     if workers <= 1:
         yield map
         return

@@ -55,20 +55,20 @@ REASONS: dict[str, dict[tuple[str, str], str]] = {
     "coulomb": _SMOOTHED,
     "svc": {
         **_SMOOTHED,
-        ("parameters", "3"): "F_c, F_s and sigma_0; the thesis counts one more",
+        ("parameters", "3"): "parameters F_c, F_s and sigma_0; the thesis counts one more",
     },
     "stribeck": {
         **_SMOOTHED,
         (
             "parameters",
             "5",
-        ): "F_c, F_s, v_s, delta_s and sigma_0; the thesis counts one more",
+        ): "parameters F_c, F_s, v_s, delta_s and sigma_0; the thesis counts one more",
     },
     "karnopp": {
         ("stribeck_effect", "-"): (
             "section 2.4.2.4 denies the effect; outside Karnopp's band friction grows with speed"
         ),
-        ("parameters", "4"): "F_c, F_s, sigma_0 and dv; the thesis counts one more",
+        ("parameters", "4"): "parameters F_c, F_s, sigma_0 and dv; the thesis counts one more",
     },
     "elasto_plastic": {
         **_SAME_BREAKAWAY,

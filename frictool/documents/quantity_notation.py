@@ -62,7 +62,7 @@ def example_unit(
 ) -> str:
     """Return a unit of the dimension for a message: `written` if it fits, else an SI unit.
 
-    For the dimension `any` return `written`, or `..` if it is empty.
+    For the dimension `any`, return `written`, or `..` if `written` is empty.
     """
     if dimension == "any":
         return written or UNKNOWN

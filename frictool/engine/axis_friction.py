@@ -41,7 +41,7 @@ def _mapped(p: Vector, maps: int, direction: float, x: float) -> float:
 
 @kernel
 def coulomb_at(p: Vector, direction: float, x: float) -> float:
-    """Return the Coulomb friction [N m | N] at position x; p: parameters with `AxisLaws`."""
+    """Return the Coulomb friction [N m | N] at position x; p: axis parameters with `AxisLaws`."""
     return (
         _mapped(p, al.COULOMB_MAPS, direction, x)
         if p[al.MAPPED] > 0.0
@@ -65,7 +65,7 @@ def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
     - full [N m | N]: breakaway friction after a long rest
     - fresh: breakaway friction just after a stop, divided by full; fresh * full is at least the
       Coulomb friction
-    - p: parameters with `AxisLaws`
+    - p: parameters of the axis, with `AxisLaws`
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -76,7 +76,7 @@ def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
 def breakaway_at(p: Vector, direction: float, x: float, rested: float) -> float:
     """Return the breakaway friction [N m | N] at position x after `rested` [s] at rest.
 
-    p: parameters with `AxisLaws`.
+    p: parameters of the axis, with `AxisLaws`.
     """
     full, fresh = strength(p, direction, x)
     return full * dwell_factor(rested, fresh, p[al.RISE_TIME])
@@ -132,7 +132,7 @@ def next_boundary(p: Vector, x: float, direction: float) -> tuple[float, int]:
 def is_curved(state: Vector, p: Vector, direction: float) -> bool:
     """Return True if the friction at a state depends on position, or nonlinearly on speed.
 
-    p: parameters with `AxisLaws`. The backlash must be closed.
+    p: parameters of the axis, with `AxisLaws`. The backlash must be closed.
     """
     if abs(state[ax.VELOCITY]) < p[al.LAYER]:
         return True

@@ -133,7 +133,7 @@ def true_command(command: float, limit: float, row: Vector) -> float:
 
 @kernel
 def faulty(reported: float, step: float, last: float, row: Vector) -> float:
-    """Return the reading [rad | m] of an encoder with the faults of `row`.
+    """Return the reading [rad | m] of an encoder with the faults in the conditions `row` (8,).
 
     - reported: reading without faults
     - last: reading at the previous sample

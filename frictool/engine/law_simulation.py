@@ -81,7 +81,7 @@ class LawRunSettings:
         measured relative to `speed_scale`.
     length_scale: presliding displacement [m | rad]; the error of an internal state is measured
         relative to the change of the state over this displacement.
-    extension: extended friction (friction/law_extension.py); the first rest begins at 0 s.
+    extension: extended friction (friction/law_extension.py); a body at rest begins its rest at 0 s.
     most_events: allowed number of events.
     """
 

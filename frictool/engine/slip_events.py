@@ -21,7 +21,7 @@ SHORTEST_FLIGHT = 1e-9
 
 @kernel
 def region(body: Vector, speed: float) -> float:
-    """Return the friction region at a slip speed: IN_LAYER, STRAIGHT or BEYOND_KNEE."""
+    """Return the speed region of a slip: IN_LAYER (Stribeck layer), STRAIGHT or BEYOND_KNEE."""
     if speed < body[fb.LAYER]:
         return fb.IN_LAYER
     return fb.STRAIGHT if speed < body[fb.KNEE] else fb.BEYOND_KNEE

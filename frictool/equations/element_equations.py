@@ -212,7 +212,7 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
         f"{end.text}"
         for side, end in sides
     )
-    text = f"{name} pushes {block} back beyond its ends: {beyond}; no end pulls"
+    text = f"{name} pushes {block} back beyond its ends: {beyond}; an end cannot pull"
     stiff = (
         notation.parameter(
             "k", "k", name, element.compliance.stiffness, f"{key}.compliance.stiffness"

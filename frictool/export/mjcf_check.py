@@ -41,8 +41,8 @@ class MjcfCheck:
       frictool
     - rest_s: time during which the model is at rest [s]
     - creep: distance that MuJoCo moves while the model is at rest, rad | m
-    - hold_speed: speed of MuJoCo under an effort of half the Coulomb friction, under which the
-      model stays at rest, rad/s | m/s
+    - hold_speed: speed of MuJoCo under an effort of half the Coulomb friction, rad/s | m/s; the
+      model rests under this effort
     """
 
     axis: str

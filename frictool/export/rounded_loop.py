@@ -90,7 +90,7 @@ def rounded_loop(
         raise _refused(
             controller,
             number,
-            f"at vertex {norms[norm_at][1]} the norm is {worst:.4g}, above the stored "
+            f"at vertex {norms[norm_at][1]} the norm is {worst:.4g}, above the stored norm "
             f"{claimed:.4g}",
         )
     return RoundedLoop(margin, margins[at][1], worst, norms[norm_at][1] if norms else "")

@@ -270,5 +270,5 @@ def test_the_oscillation_of_a_stiff_link_is_damped_and_estimated() -> None:
     )
     speed = force / math.sqrt(stiffness * MASS)
     warnings = [line for line in log.warnings if "spring" in line]
-    assert warnings[0].startswith("spring: the link's rate of 2.24e+06 rad/s is above 200000 rad/s")
+    assert warnings[0].startswith("spring: the link's natural frequency of 2.24e+06 rad/s is ")
     assert f"about {force / stiffness:.2g} m and {speed:.2g} m/s" in warnings[1]

@@ -115,7 +115,8 @@ def assemble(document: Mechanism) -> AssembledMechanism:
 def _stiff_notes(assembled: AssembledMechanism) -> list[str]:
     rates = rates_of(assembled)
     return [
-        f"{name}: the link's rate of {rates.rate[link]:.3g} rad/s is above {LARGEST_RATE:g} rad/s, "
+        f"{name}: the link's natural frequency of {rates.rate[link]:.3g} rad/s is above "
+        f"{LARGEST_RATE:g} rad/s, "
         "so that a simulation damps the link's oscillation critically"
         for link, name in enumerate(assembled.couplings)
         if rates.raised[link]

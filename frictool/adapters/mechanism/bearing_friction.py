@@ -22,7 +22,7 @@ def pack_law(key: str, friction: FrictionOf, kind: Axis, inertia: float) -> tupl
 
     - `key`: key of the friction element in the document, for errors
     - `kind`: motion of the block, rotary or linear
-    - `inertia`: inertia of the block, for laws that need one and whose parameters do not contain it
+    - `inertia`: inertia of the block, for laws that need an inertia but have no parameter for it
 
     Raises ElementError if the law or a parameter is unknown, missing, in a wrong unit or out of
     range.

@@ -315,7 +315,7 @@ class ElementArrays:
 
 
 def pack_rows(kind: type[Arrays], rows: Collection[tuple[float, ...]]) -> Arrays:
-    """Return the columns of `rows` as a record `kind` of arrays.
+    """Return a record of type `kind` whose arrays are the columns of `rows`.
 
     The annotations of `kind` determine the types of the arrays.
     """

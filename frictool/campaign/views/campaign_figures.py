@@ -161,7 +161,7 @@ def failing_plane(findings: Findings) -> PageFigure | None:
             ylabel=axis_label(second.label, unit_shown(second.unit), pair.second),
         )
         svg = render_compact(figure, "trials that fail in the plane of two factors")
-    explained = f"The two factors explain {pair.joint:.0%} of the variance of pass or fail".replace(
+    explained = f"The two factors explain {pair.joint:.0%} of the variance of the outcome".replace(
         "%", " %"
     )
     beyond = (

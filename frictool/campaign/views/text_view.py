@@ -191,7 +191,7 @@ def pair_lines(findings: Findings) -> list[str]:
     first, second = (findings.trials.space.factors[i].label for i in (pair.first, pair.second))
     joint, beyond = (f"{100.0 * one:.0f} %" for one in (pair.joint, pair.beyond))
     return [
-        f"{first} and {second} explain {joint} of the variance of pass or fail; their interaction "
+        f"{first} and {second} explain {joint} of the variance of the outcome; their interaction "
         f"alone explains {beyond}"
     ]
 

@@ -30,7 +30,7 @@ class JointTree(NamedTuple):
     """Tree of blocks that rigid joints and closed contacts connect, with work arrays.
 
     - k, p: integers and floats of the compiled mechanism (array_layout.py)
-    - members: the tree's blocks, root first, as indices in ORDER
+    - members: the tree's blocks, root first, as indices in section ORDER
     - modes, y: arrays of a `MechanismState` (state.py)
     - w: work array (workspace_rows.py)
     """
@@ -45,7 +45,7 @@ class JointTree(NamedTuple):
 
 @part_kernel
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
-    """Fill the rows VALUE and SLOPE of a tree's blocks for the acceleration x of the root.
+    """Fill the rows VALUE and SLOPE of the work array for the acceleration x of the root.
 
     VALUE of a block is the force that the block's subtree needs; SLOPE is the derivative of VALUE
     with respect to x. towards: direction of the root's motion if the root starts from rest, 0 if
@@ -111,7 +111,7 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
 
     - towards: direction in which a root at rest starts, so that x * towards >= 0; 0 for a moving
       root
-    - gross: sum of the magnitudes of the efforts
+    - gross: sum of the magnitudes of the efforts, as scale of rounding errors
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])
@@ -151,8 +151,9 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
 def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
     """Return the distance from x, in the direction `going`, to the next change of Lambda's slope.
 
-    The slope changes where the force of a joint passes the kink of the joint's loss
-    (joint_losses.py), or the force of a flank passes 0.
+    Lambda(x) is the force that the tree needs for the root's acceleration x. Its slope changes
+    where the force of a joint passes the kink of the loss (joint_losses.py), or the force of a
+    flank passes 0.
     """
     k, p, _, members, y, w = tree
     n = k[ly.BLOCKS]

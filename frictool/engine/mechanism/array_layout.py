@@ -77,7 +77,7 @@ class CompiledMechanism(NamedTuple):
     """Mechanism as arrays for the kernels; `prepare` computes them from a `PackedMechanism`.
 
     - whole, numbers: integers and floats of all sections
-    - laws: addresses of kernels
+    - laws: addresses of the friction laws' kernels
     """
 
     whole: IntVector
@@ -197,7 +197,7 @@ block, kind, level, straight = map(_place, (BLOCK, KIND, LEVEL, STRAIGHT))
 
 @bare_kernel
 def law_values(k: IntVector, row: int) -> slice:
-    """Return the indices in p of a law's parameters.
+    """Return the indices of a friction law's parameters in p (`numbers`).
 
     row: result of `friction_row`.
     """
@@ -206,7 +206,7 @@ def law_values(k: IntVector, row: int) -> slice:
 
 @bare_kernel
 def inner_states(k: IntVector, row: int) -> slice:
-    """Return the indices in y of a law's internal states.
+    """Return the indices of a friction law's internal states in the state y.
 
     row: result of `friction_row`.
     """

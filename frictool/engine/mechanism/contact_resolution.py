@@ -94,8 +94,8 @@ def resolve(
 
     The caller must set the modes of flanks that touch without relative speed and of blocks that
     rest at a stop. `out` must contain the guards of the present modes, and is also a workspace. If
-    a self-locking link wedges, the last entry of the row FOUND of the workspace's `integers` is the
-    index in ORDER of the jammed part's first block.
+    a self-locking link wedges, the last entry of row FOUND (in the workspace's `integers`) is the
+    first block of the jammed part, as index in ORDER.
     """
     k, p, _ = machine
     y = state.y

@@ -48,7 +48,7 @@ def _first_mode(k: IntVector) -> int:
 def timed_frictions(
     machine: CompiledMechanism, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> int:
-    """Subtract the friction of fixed-step laws from the row FORCE; fill the rates of law states.
+    """Subtract the friction of fixed-step laws from row FORCE; fill the rates of their states.
 
     The row NEED must contain values without the friction of fixed-step laws. Returns a status of
     friction/status_codes.py.

@@ -156,8 +156,7 @@ def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) 
     """Return the time [s] of a guard's minimum if the guard may be below its limit there.
 
     The guard has the values g0, g1 and the rates r0, r1 at 0 and h, and is not passed at 0 and h.
-    The result is the time `shortest` [s] if the minimum is above the limit, or is not earlier than
-    `shortest`.
+    The result is `shortest` [s] if the minimum is above the limit or not before `shortest`.
     """
     if r0 >= 0.0 or r1 <= 0.0:
         return shortest

@@ -128,7 +128,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @bare_kernel
 def unload(tree: JointTree) -> bool:
-    """Clear the branch (side of the kink) of each self-locking joint whose load has left this side.
+    """Clear the branch (side of the loss's kink) of self-locking joints whose load has left it.
 
     The tree must be at rest. Returns True if the tree has self-locking joints.
     """
