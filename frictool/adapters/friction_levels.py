@@ -8,10 +8,10 @@ viscous friction. For the model, these two levels are
 
 If the Coulomb level of a plant is c times the model's level, all dry friction is multiplied by c:
 F_c and breakaway of both directions at every position, and the friction inside the backlash. If a
-plant has another breakaway, the breakaway of both directions is multiplied by the same factor. If
-the viscous level is c times the model's level, every slope is multiplied by c; the speeds at which
-the slope changes remain. If the model has no viscous friction, the viscous level of a plant is the
-slope at every speed. A plant with the levels of the model equals the model.
+plant has another breakaway than the model, the breakaway of both directions is multiplied by the
+same factor. If the viscous level is c times the model's level, every slope is multiplied by c; the
+speeds at which the slope changes remain. If the model has no viscous friction, the viscous level of
+a plant is the slope at every speed. A plant with the levels of the model equals the model.
 """
 
 from __future__ import annotations

@@ -90,7 +90,7 @@ class AutomaticDesign(ResultView):
 
 
 class SearchInterruptedError(KeyboardInterrupt):
-    """Interruption of a search; `found` contains the outcomes up to the interruption."""
+    """Interruption of a search; `found`: outcomes of the families searched so far."""
 
     def __init__(self, found: AutomaticDesign) -> None:
         super().__init__()

@@ -85,8 +85,8 @@ class SearchFindings:
 class CandidateExamination:
     """Examination of the candidates of a search.
 
-    - test: the test that a design must pass
-    - tests: the tests of the search
+    - test: the complete test that a design must pass
+    - tests: the tests of the search, cheapest first
     - controller: function that returns the controller of a design
     """
 

@@ -38,7 +38,7 @@ layout_option = click.option(
 
 @contextmanager
 def layout_advice() -> Iterator[None]:
-    """In the with-block, let LogErrors advise --layout in place of bench.yaml's key `layout`."""
+    """Make LogErrors in the with block advise --layout instead of the key `layout` of a bench."""
     try:
         yield
     except LogError as error:

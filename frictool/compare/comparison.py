@@ -34,7 +34,7 @@ class LawRunner(Protocol):
     """Interface of a simulator of friction laws, such as LawSimulator of law_simulator.py."""
 
     def names(self) -> tuple[str, ...]:
-        """Return the names of the laws, in the order of the table."""
+        """Return the names of the laws, in the order in which tables show them."""
 
     def title(self, law: str) -> str:
         """Return the name of the law for display."""
@@ -45,7 +45,7 @@ class LawRunner(Protocol):
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
     ) -> LawTrajectory:
-        """Simulate a law from rest under all `segments`; return `samples` equidistant samples."""
+        """Simulate a law from rest under the efforts `segments`; return equidistant samples."""
 
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
         """Return the friction [N | N m] along the positions `path` at constant `speed`.

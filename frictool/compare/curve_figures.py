@@ -52,7 +52,7 @@ def draw_rows(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> s
 def over_time(
     runs: dict[str, LawTrajectory], units: tuple[str, str], window: slice = slice(None)
 ) -> list[Row]:
-    """Return rows with position, velocity and friction of each law against time.
+    """Return figure rows with position, velocity and friction of each law against time.
 
     - units: units of position and force
     - window: samples to show

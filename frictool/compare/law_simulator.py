@@ -85,7 +85,7 @@ class LawSimulator:
         self._setting = setting
 
     def names(self) -> tuple[str, ...]:
-        """Return the names of the laws, in the order of the table."""
+        """Return the names of the laws, in the order in which tables show them."""
         return tuple(LAWS)
 
     def title(self, law: str) -> str:
@@ -272,7 +272,7 @@ class LawSimulator:
         }
 
     def _breakaway(self, law: str, rate: float) -> float:
-        """Return the largest friction in a force ramp until the speed exceeds 10 v_s."""
+        """Return the largest friction in a force ramp, until 10 times the Stribeck velocity."""
         setting = self._setting
         growth = rate * self._setting.scales.force / self._setting.scales.time
         ran = self.run(

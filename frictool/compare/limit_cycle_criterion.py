@@ -28,7 +28,7 @@ class LimitCycleResult:
     period_s: float | None
 
     def verdict(self, reference: LimitCycleResult) -> str:
-        """Return `+` or `-` by comparison with the exact law, simulated event by event.
+        """Return `+` or `-` by comparison with the Stribeck law, simulated event by event.
 
         The symbol is `+` in two cases: the cycle lasts with both laws, and the two periods differ
         by at most 5 %; or the cycle dies out with both laws.

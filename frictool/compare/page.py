@@ -12,7 +12,7 @@ from frictool.presentation.page import render_page
 
 
 def page(comparison: Comparison, provenance: Provenance, explain: bool = False) -> str:
-    """Return the HTML text; the same inputs give the same bytes.
+    """Return the comparison as HTML text; the same inputs give the same bytes.
 
     `explain`: True to add the table cells that differ from the thesis.
     """

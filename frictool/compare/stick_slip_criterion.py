@@ -1,4 +1,4 @@
-"""Stick-slip (thesis 3.7.2): number of sticks and their period, compared with the exact law."""
+"""Stick-slip (thesis 3.7.2): number of sticks and their period, compared with Stribeck's law."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class StickSlipResult:
     top_speed: float
 
     def verdict(self, reference: StickSlipResult) -> str:
-        """Return `+` or `-` by comparison with the exact law, simulated event by event.
+        """Return `+` or `-` by comparison with the Stribeck law, simulated event by event.
 
-        The symbol is `+` in two cases: the law has at most one stick fewer than the exact law, and
-        the two periods differ by at most 2 %; or both laws have at most one stick.
+        The symbol is `+` in two cases: the law has at most one stick fewer than the Stribeck law,
+        and the two periods differ by at most 2 %; or both laws have at most one stick.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

@@ -178,7 +178,7 @@ def start_at(machine: CompiledProgram, position: float) -> None:
 
 
 def put(machine: CompiledProgram, index: int, value: float) -> None:
-    """Set the value [SI] of the node at `index`."""
+    """Set the value [SI] of the program's node at `index`."""
     if machine.number == FIXED:
         machine.word[index] = from_real(machine.formats[index], value)
     else:

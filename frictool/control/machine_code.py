@@ -93,7 +93,7 @@ def started_values(program: CompiledProgram, position: float) -> Vector:
 
 @lru_cache(MOST_KEPT)
 def compiled(structure: ProgramStructure) -> MachineCode:
-    """Return the machine code of a structure; equal structures share one code."""
+    """Return the machine code of a program's structure; equal structures share one code."""
     name = f"{NAME}_{next(_serial)}"
     with global_compiler_lock:
         library = cpu_target.target_context.codegen().create_library(name)

@@ -43,7 +43,7 @@ class TrackingParameters:
     """Parameters of the tracking observer, in SI.
 
     - gains: correction gains L1 [1], L2 [1/s], L3 [N m/rad | N/m]
-    - cell, step: width of the dead zone of m, and width of an encoder step [rad | m]
+    - cell, step: width of the innovation's dead zone, and width of an encoder step [rad | m]
     - forward, backward: friction [N m | N] as polynomials of the position [rad | m], coefficients
       in rising powers
     - travel: (low, high) position, beyond which the friction is constant

@@ -166,7 +166,7 @@ def check_old_kernels(left: list[OldKernelFolder]) -> InstallationFinding:
 
 
 def remove_old_kernels() -> tuple[list[Path], list[OldKernelFolder]]:
-    """Remove the old folders with an empty `kept_by`; return (removed, remaining) folders."""
+    """Remove folders of older kernels with an empty `kept_by`; return (removed, remaining)."""
     gone, kept = [], []
     for one in old_kernel_folders():
         is_state = one.folder.path.parent == kernels.FOLDER

@@ -113,7 +113,7 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     @property
     def modulus_margin(self) -> float | None:
-        """Return the modulus margin that follows from a bound of the sensitivity; else None."""
+        """Return the modulus margin that follows from the bound; None for a bound of the norm."""
         return 1.0 / self.below if self.of == "sensitivity" else None
 
 

@@ -113,7 +113,7 @@ def refuse_sensor_lag(bench: Bench, what: str) -> None:
 
 
 def missing_winding_lag(model: Model) -> str | None:
-    """Return a text if the model's voltage drive lacks the measured lag L/R of the winding.
+    """Return a warning if the model's voltage drive lacks the measured lag L/R of the winding.
 
     The result is None if the drive's lag includes L/R, or if L and R were not measured. It is also
     None for a smart servo, whose firmware has its own delay.

@@ -197,7 +197,7 @@ def _first_breakaway(
 ) -> tuple[float, bool]:
     """Return the time [s] at which the rest ends, and True if the body then breaks away.
 
-    The threshold never falls. The body therefore stays at rest on [a, b] if the largest effort on
+    The breakaway threshold never falls. The body therefore rests on [a, b] if the largest effort on
     [a, b] is below the threshold at a.
 
     - more: amount by which the threshold is raised [N | N m]

@@ -89,7 +89,7 @@ def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> No
 def complete_stage(
     gains: Vector, couplings: Vector, in_time: Vector, h: float, i: int, stages: Vector
 ) -> None:
-    """Replace row i of `stages`, which contains y' at the stage's point, by k_i.
+    """Replace row i of `stages`, which contains y' at the stage's point, by the stage's result k_i.
 
     - gains (3,): -dv'/d(x, v, q)
     - couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of the m elements of z that follow differential

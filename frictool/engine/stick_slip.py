@@ -16,9 +16,8 @@ endless cycles:
 - If the initial acceleration of a slip is zero to rounding, it is set to zero.
 - After a slip that begins and ends at the same instant, the threshold in the direction of this slip
   is slightly above the breakaway.
-- A body leaves the Stribeck layer at a higher speed than the speed at which it enters the layer.
-  Likewise, the viscous coefficient changes at a higher speed while the body speeds up than while
-  it slows down.
+- A body leaves the Stribeck layer at a higher speed than it enters this layer. Likewise, the
+  viscous coefficient changes at a higher speed while the body speeds up than while it slows down.
 - After a rebound from an end stop whose flight would be shorter than SHORTEST_FLIGHT times the
   duration of the run, the body rests at the stop (event RESTS_AT_STOP).
 

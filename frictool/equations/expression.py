@@ -77,7 +77,7 @@ class Term:
 
     @property
     def text(self) -> str:
-        """Return the text without the sign."""
+        """Return the term as text, without its sign."""
         above = (
             " ".join(_power(atom.text, power) for atom, power in self.factors if power > 0) or "1"
         )
@@ -92,7 +92,7 @@ class Term:
 
     @property
     def latex(self) -> str:
-        """Return the LaTeX without the sign."""
+        """Return the term in LaTeX, without its sign."""
         above = (
             r"\,".join(
                 _power(atom.latex, power, "^{%d}") for atom, power in self.factors if power > 0

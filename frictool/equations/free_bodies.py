@@ -109,8 +109,7 @@ def rest_condition(
     """Return the condition for a tree to stay at rest; None if the tree has no dry friction.
 
     Dry friction must be able to balance the tree's other efforts. At rest, the factor p by which a
-    lossy link transfers effort may have any value between the values for the two directions of
-    power.
+    lossy link transfers effort may lie anywhere between its values for the two directions of power.
 
     - efforts: all efforts on each block
     - dry: dry friction on each block, which is part of `efforts`

@@ -204,7 +204,7 @@ def _by_direction(
 def _as_printed(
     name: str, link: Screw, notation: Notation, ratio: Term, force: Term, mu: float
 ) -> EffortTransfer:
-    """Return the transfer for a screw with the friction of thesis (2.12).
+    """Return the effort transfer of a screw with the friction of thesis (2.12).
 
     The friction is W = mu |R lambda - u tan(alpha)| sign(omega).
 

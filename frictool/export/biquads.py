@@ -61,7 +61,7 @@ class Biquads:
 
 
 def float_biquads(sections: tuple[Row, ...]) -> Biquads:
-    """Return unscaled stages in float, with the signs of a1 and a2 changed."""
+    """Return unscaled biquad stages in float, with the signs of a1 and a2 changed."""
     stages = tuple(
         tuple(float(np.float32(value)) for value in (b0, b1, b2, -a1, -a2))
         for b0, b1, b2, _, a1, a2 in sections
@@ -70,7 +70,7 @@ def float_biquads(sections: tuple[Row, ...]) -> Biquads:
 
 
 def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering: float) -> Biquads:
-    """Return stages in fixed point, scaled for |input| <= entering.
+    """Return biquad stages in fixed point, scaled for |input| <= entering.
 
     Raises NoSolutionError if a section is unstable, or if the rounded stages might overflow.
     """
@@ -99,7 +99,7 @@ def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering
 
 
 def response_sum(sections: tuple[Row, ...]) -> float:
-    """Return the sum of the absolute impulse response of a chain; inf if the chain is unstable.
+    """Return the sum of the absolute impulse response of a chain of sections; inf if unstable.
 
     The sum is the largest output for inputs within +-1.
     """

@@ -173,7 +173,7 @@ def export_controller(
     origin: ExportOrigin,
     report: bool = False,
 ) -> ExportResult:
-    """Export a controller whose document is `origin`; `export` describes the parameters.
+    """Export a controller; `origin` and the other parameters are as in `export`.
 
     Raises the errors of `export`, and NoSolutionError if the document is inconsistent.
     """

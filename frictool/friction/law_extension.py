@@ -83,8 +83,8 @@ class FrictionExtension:
     def pack(self, law: Law, p: Vector, axis: Axis = "linear") -> PackedExtension:
         """Return the arrays for the kernels; p is the result of `law.pack(...)`.
 
-        Raises ValueError if a value is out of range, or if the law does not support one of the
-        extensions.
+        Raises ValueError if a value is out of range, or if the law does not support a part of the
+        extension.
         """
         self._check_numbers()
         self._check_law(law)
@@ -209,7 +209,7 @@ def levels(
     dwell: float,
     out: Vector,
 ) -> float:
-    """Write the law's parameters at position x [m | rad] after `dwell` [s] at rest to `out`.
+    """Write to `out` the law's parameters at position x [m | rad] after `dwell` [s] at rest.
 
     `forward`, `backward`, `table`: arrays of a PackedExtension. Returns the factor of the
     breakaway: the product of the factors of the position and of the time at rest.

@@ -46,7 +46,7 @@ from frictool.typing import Vector
 
 
 def assemble(document: Mechanism) -> AssembledMechanism:
-    """Convert a mechanism document to arrays, with names and notes.
+    """Convert a mechanism document to arrays, with names of elements and notes on assumptions.
 
     Raises ElementError for the first invalid element.
     """
@@ -197,7 +197,7 @@ def _packed_joints(joints: list[Transmission], start: Vector) -> Joints:
 def _refuse_loose(
     links: list[Transmission], collected: ElementArrays, blocks: BlockNames, driven: set[int]
 ) -> None:
-    """Raise ElementError for connected blocks without source, sensor or element on the frame."""
+    """Raise ElementError for a group of blocks without source, sensor or element on the frame."""
     pairs = [(link.a, link.b) for link in links]
     pairs += [(row.a, row.b) for row in collected.couplings.values() if row.a != FRAME]
     for part in loose_parts(pairs, driven | collected.grounded, len(blocks.names)):

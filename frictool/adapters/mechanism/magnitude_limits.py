@@ -13,7 +13,7 @@ SMALLEST, LARGEST = 1e-30, 1e30  # SI, magnitudes that a document may contain
 
 
 def check_sizes(value: Any, key: str = "") -> None:
-    """Raise ElementError for the first number in `value` that is outside the limits.
+    """Raise ElementError for the first number in `value` whose magnitude is outside the limits.
 
     Nested values are checked, too. `key` is the key of `value` in the document.
     """

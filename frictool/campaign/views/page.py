@@ -44,7 +44,7 @@ class ShareCell:
 
 
 def page(findings: Findings, provenance: Provenance) -> str:
-    """Return the HTML text; the same inputs give the same bytes."""
+    """Return the campaign report as HTML text; the same inputs give the same bytes."""
     metrics = [
         picture for one in findings.distributions if (picture := metric(findings, one)) is not None
     ]

@@ -22,7 +22,7 @@ PANELS = 3
 
 
 def search_picture(found: AutomaticDesign, name: str) -> str:
-    """Return the `<svg>` element; the same search gives the same bytes."""
+    """Return the figure of a search as `<svg>` element; the same search gives the same bytes."""
     played = [one for outcome in found.outcomes for one in outcome.trade]
     with drawing("search"):
         return render(

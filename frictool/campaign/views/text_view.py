@@ -64,7 +64,7 @@ def fails_where(findings: Findings, factor: int, region: FailureRegion) -> str:
 
 
 def influence_lines(findings: Findings, influence: MetricInfluence) -> list[str]:
-    """Return a line with the significant factors and their shares of the variance, or a reason.
+    """Return a line with the significant factors and their variance shares, or why there are none.
 
     A second line shows the variance shares of the ranks if `influence.by_rank` is True.
     """
@@ -197,7 +197,7 @@ def pair_lines(findings: Findings) -> list[str]:
 
 
 def question_text(question: FailureComparison) -> str:
-    """Return the heading of a comparison."""
+    """Return the heading of a comparison of failing with passing trials."""
     return {"": "causes of failures", "not simulated": "causes of failed simulations"}.get(
         question.name, f"causes of a broken requirement: {requirement_title(question.name)}"
     )

@@ -11,7 +11,7 @@ MARKS = {MET: "met", BROKEN: "broken"}
 
 
 def as_csv(trials: Trials) -> str:
-    """Return the CSV text; the cell of an absent value is empty.
+    """Return the trials as CSV text; the cell of an absent value is empty.
 
     The columns are the draw, the outcome, the reason if the draw could not be simulated, each
     factor [SI], and each metric [SI] with the outcome of its requirement.

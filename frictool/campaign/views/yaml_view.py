@@ -12,6 +12,6 @@ from frictool.presentation.json_text import finite
 
 
 def as_document(findings: Findings, provenance: Provenance) -> str:
-    """Return the YAML text, the same for the same inputs; absent or infinite values are null."""
+    """Return the campaign as YAML text, reproducible; absent or infinite values are null."""
     tree = {**as_json(findings), "provenance": msgspec.to_builtins(provenance)}
     return tree_to_yaml(finite(tree))

@@ -193,7 +193,7 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
 
     The damping of fast links is raised to critical damping (plant/mechanism/fastest_link.py).
 
-    Raises ValueError if the joints have no solution, or a friction law is not in the registry.
+    Raises ValueError as `forest_of` does, or if a friction law is not in the registry.
     """
     f, c, j = packed.frictions, packed.couplings, packed.joints
     values = [f.law_values[f.law_start[i] : f.law_start[i + 1]] for i in range(f.block.size)]

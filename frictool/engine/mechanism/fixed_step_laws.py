@@ -102,7 +102,7 @@ def timed_frictions(
 def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: Vector) -> None:
     """Set the rates of positions to 0 while a law with a rest band reports velocity 0.
 
-    This applies to all blocks of the tree that moves with the block of the law.
+    This applies to all blocks that move with the block of the law.
     """
     k, p, laws = machine
     n = k[ly.BLOCKS]

@@ -78,7 +78,7 @@ def _flank_left(
 def distance_to_guard(
     k: IntVector, p: Vector, index: int, y: Vector, rates: Vector, modes: IntVector
 ) -> tuple[float, float]:
-    """Return the quantity of the guard at `index`, and the rate of this quantity.
+    """Return the quantity that the guard at `index` watches, and the rate of this quantity.
 
     The mode ends when the quantity is 0. The quantity depends on the kind of guard:
 

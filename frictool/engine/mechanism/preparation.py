@@ -17,7 +17,7 @@ from frictool.runtime.kernels import function_pointer
 def prepare(packed: PackedMechanism) -> CompiledMechanism:
     """Return the compiled mechanism, with the addresses of the engine's kernels.
 
-    Raises ValueError if the joints have no solution, or a friction law is not in the registry.
+    Raises the errors of `compile_mechanism`.
     """
     machine = compile_mechanism(packed)
     for column, compiled, kind in (
