@@ -70,18 +70,19 @@ def model(folder: Path, inertia: float = 2.0) -> Path:
     return path
 
 
-def log(folder: Path, closed: bool = False, columns: str = "time,x,wanted,i") -> Path:
+def log(
+    folder: Path,
+    closed: bool = False,
+    columns: str = "time,x,wanted,i",
+    axis: AxisParameters = AXIS,
+) -> Path:
     """Write the log of an axis as a bench would: in open loop under a current, or along a
     reference."""
     time = np.arange(4000) * PERIOD
     wanted = 0.05 * (1.0 - np.cos(2.0 * np.pi * time))
     current = 0.5 * np.sin(2.0 * np.pi * 1.3 * time) + 0.3 * np.sin(2.0 * np.pi * 0.4 * time)
-    p, x, v, u = (
-        replay_parameters(AXIS),
-        np.empty(time.size),
-        np.empty(time.size),
-        np.empty(time.size),
-    )
+    p = replay_parameters(axis)
+    x, v, u = np.empty((3, time.size))
     if closed:
         servo = np.array(PositionServo(CONSTANT * KP * KV, derivative=CONSTANT * KV, limit=200.0))
         assert follow_reference(p, np.empty(0), rest(), servo, wanted, 0.0, PERIOD, x, v, u) == 0
@@ -193,7 +194,23 @@ def test_wide_intervals_alone_leave_the_answer_open(tmp_path: Path) -> None:
     wrong.write_text(text)
     holds, wide, words = judged(wrong, measured)
     assert (holds, wide) == (None, limit)
-    assert "only the model's wide intervals explain the error; add this log" in words
+    assert "wide intervals explain the error; identify again with this log added" in words
+
+
+def test_a_weight_hides_no_wrong_friction(tmp_path: Path) -> None:
+    """On a vertical axis, 60 % more Coulomb friction is an error of 4 % of the effort."""
+    measured = log(tmp_path, closed=True, axis=AXIS._replace(offset=60.0))
+    right = model(tmp_path).read_text().replace("{value: 0.5,", "{value: 60,")
+    for coulomb, holds in ((4.0, True), (6.4, False)):
+        path = tmp_path / f"vertical_{coulomb}.yaml"
+        path.write_text(
+            right.replace("{value: 4, unit: N, s", f"{{value: {coulomb}, unit: N, s").replace(
+                "{value: 5, unit: N, s", "{value: 7, unit: N, s"
+            )
+        )
+        answer, limit, _ = judged(path, measured)
+        assert answer is holds
+        assert 0.01 < limit < 0.04
 
 
 def test_intervals_that_allow_any_effort_are_reported(tmp_path: Path) -> None:

@@ -2,10 +2,12 @@
 
 An error is compared with two limits, relative to the rms of the measured signal:
 
-    limit^2 = DOUBTFUL_FORCE_ERROR^2 + noise^2
+    limit^2 = (DOUBTFUL_FORCE_ERROR share)^2 + noise^2
     widest^2 = limit^2 + intervals^2
 
-The error is the force error. `noise` is the rms effort that noise of the encoder causes through the
+The error is the force error. `share` is the rms of the effort without the model's offset, relative
+to the rms of the effort, and at most 1: an offset such as the weight on a vertical axis says
+nothing about friction. `noise` is the rms effort that noise of the encoder causes through the
 acceleration. `intervals` is the rms change of the model's effort if each sliding parameter moves to
 the farther end of its interval; these changes are regarded as independent. `identify` doubts a
 model with a force error above DOUBTFUL_FORCE_ERROR.
@@ -29,7 +31,7 @@ The effort of a servo is computed from the few counts between goal and position.
 servo is therefore the rms position error, relative to the rms distance between goal and position,
 and `intervals` is 0.
 
-A model that explains nothing has a force error of 100 %. If the limit exceeds 100 %, an error
+A model with only an offset has a force error of `share`. If the limit exceeds `share`, an error
 within the limit therefore decides nothing. Breakaway ramps contain hardly more than the first
 moments of slip, in which friction falls from the breakaway to the Coulomb friction. In a log of
 ramps, an error above the limit therefore decides nothing.
@@ -61,6 +63,7 @@ from frictool.typing import Vector
 
 LEAST_VALID = 0.5  # least share of a log on the valid side of the model
 EXPLAINS_NOTHING = 1.0  # force error of a model without any effort
+MOSTLY_OFFSET = 0.5  # share of the effort without offset, below which the answer explains its limit
 GRID_POINTS = 1001  # positions at which the load over the travel is evaluated
 
 
@@ -128,9 +131,14 @@ def judged_force(
     if rows is None or error is None:
         line = "undecided: no sample certainly slips"
         return Judgement(None, None, None, line, "validate on longer strokes")
-    limit = math.hypot(DOUBTFUL_FORCE_ERROR, _noise(values, record, rows))
+    left = float(np.sqrt(np.mean((rows.effort - values["offset"]) ** 2)))
+    share = min(left / rows.rms_effort, 1.0)
+    doubtful = DOUBTFUL_FORCE_ERROR * share
+    limit = math.hypot(doubtful, _noise(values, record, rows))
     intervals = _intervals(model, values, rows)
     shown = f"force error {100.0 * error:.3g} %, limit {100.0 * limit:.3g} %"
+    if share < MOSTLY_OFFSET:
+        shown += f" ({100.0 * DOUBTFUL_FORCE_ERROR:.3g} % of the effort without the offset)"
     if error > limit and is_ramp(record, model.bench):
         line = f"undecided: {shown}; breakaway ramps show too little sliding"
         return Judgement(None, error, limit, line, "validate on strokes or steps")
@@ -144,7 +152,7 @@ def judged_force(
     if error > limit:
         line = f"undecided: {shown}; only the model's wide intervals explain the error"
         return Judgement(None, error, limit, line, "identify again with this log added")
-    if error > DOUBTFUL_FORCE_ERROR and limit >= EXPLAINS_NOTHING:
+    if error > doubtful and limit >= share:
         line = f"undecided: {shown}; encoder noise hides errors"
         return Judgement(None, error, limit, line, "validate on faster motion")
     doubt = (
