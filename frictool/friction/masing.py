@@ -20,7 +20,7 @@ from frictool.typing import Vector
 def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> float:
     """Return the force [N | N m] after a monotonic movement to z [m | rad].
 
-    The memory is not changed.
+    The memory of reversals is not changed.
 
     - breakaway: breakaway force [N | N m]
     - limit: largest deflection [m | rad]
@@ -33,7 +33,7 @@ def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> fl
 
 @kernel
 def masing_move(memory: Vector, z: float, breakaway: float, limit: float) -> int:
-    """Move monotonically to the displacement z and update the memory; return a status code.
+    """Move monotonically to z and update the memory of reversals; return a status code.
 
     Afterwards memory[1] is the force.
     """

@@ -21,10 +21,11 @@ ELEMENTS = 10
 
 
 def bank_tail(displacements: Vector, forces: Vector) -> Vector:
-    """Return the elements (2 N,) whose virgin curve passes through (0, 0) and N points.
+    """Return [d, w] (2 N,) of N elements whose virgin curve passes through (0, 0) and N points.
 
-    `displacements` and `forces` (N,) are in any units. Raises ValueError if the displacements do
-    not increase from 0, or if the slope of the curve is negative or increases at a point.
+    d are the yield displacements and w the slip forces (module docstring). `displacements` and
+    `forces` (N,) are in any units. Raises ValueError if the displacements do not increase from 0,
+    or if the slope of the curve is negative or increases at a point.
     """
     z = np.concatenate([[0.0], np.asarray(displacements, dtype=np.float64)])
     f = np.concatenate([[0.0], np.asarray(forces, dtype=np.float64)])
@@ -51,7 +52,7 @@ def bank_tail(displacements: Vector, forces: Vector) -> Vector:
 
 
 def parabolic_bank() -> Vector:
-    """Return the elements (2 N,) of a bank for the parabola of friction/virgin_curve.py."""
+    """Return [d, w] (2 N,) of elements that follow the parabola of friction/virgin_curve.py."""
     z = np.arange(1, ELEMENTS + 1) / ELEMENTS
     return bank_tail(z, np.array([virgin_force(point, 1.0, 1.0) for point in z]))
 
@@ -62,7 +63,8 @@ def bank_force(
 ) -> float:
     """Return the force [N | N m] after a monotonic movement by `moved` [m | rad].
 
-    `limit` is z_max [m | rad]. The deflections (N,) are not changed.
+    `limit` is z_max, the largest presliding displacement [m | rad]. The deflections (N,) of the
+    elements are not changed.
     """
     count = deflections.shape[0]
     total = 0.0
@@ -74,7 +76,7 @@ def bank_force(
 
 @kernel
 def bank_move(deflections: Vector, moved: float, tail: Vector, limit: float) -> None:
-    """Move the deflections (N,) by `moved` [m | rad], in place, each limited to +-d_i z_max.
+    """Move the deflections (N,) by `moved` [m | rad] in place; element i slips at +-d_i z_max.
 
     `limit` is z_max [m | rad].
     """

@@ -19,6 +19,6 @@ def polynomial(coefficients: Vector, x: float) -> float:
 def position_factor(coefficients: Vector, low: float, high: float, x: float) -> float:
     """Return the factor >= 0 of Coulomb friction and breakaway at a position x [m | rad].
 
-    x is limited to [low, high].
+    Outside the travel [low, high], the factor is that of the nearer end.
     """
     return max(0.0, polynomial(coefficients, min(max(x, low), high)))

@@ -1,10 +1,10 @@
 """Density of a Preisach operator from measured centred cycles (thesis 3.4.3, 3.7.1, figure 3.8).
 
-A centred cycle of amplitude a is a movement from a to -a and back. Its descending branch gives
-E(a, beta) = (F(a) - F(beta))/2 for every beta in [-a, a]. Since the hysteresis is odd,
-E(alpha, -a) = E(a, -alpha) gives the other values. If each positive node of the grid is the
-amplitude of a cycle, these n/2 cycles determine the triangle of n x n cells; section 3.7.1 has
-n = 20 and 10 cycles.
+A centred cycle of amplitude a is a movement from a to -a and back. Its descending branch gives the
+Everett function E(a, beta) = (F(a) - F(beta))/2 for every beta in [-a, a]. Since the hysteresis is
+odd, E(alpha, -a) = E(a, -alpha) gives the other values. If each positive node of the grid is the
+amplitude of a cycle, these n/2 cycles determine the triangle of n x n cells; section 3.7.1 has n =
+20 and 10 cycles.
 """
 
 from __future__ import annotations
@@ -110,8 +110,8 @@ def cell_count(size: int) -> int:
 def cell_weights(table: Vector) -> NDArray[np.float64]:
     """Return the integral of the density mu over each cell (thesis, figure 3.9), shape (n, n).
 
-    Rows are values of alpha, columns values of beta, the switching positions of the relays. The sum
-    of all weights is 1; the diagonal includes the elastic part.
+    Rows belong to alpha, columns to beta, the two switching positions of the relays. The sum of all
+    weights is 1; the diagonal includes the elastic part.
     """
     nodes = round(float(np.sqrt(table.size)))
     e = np.tril(table.reshape(nodes, nodes))

@@ -14,8 +14,8 @@ from frictool.runtime.kernels import kernel
 
 @kernel
 def dwell_factor(dwell: float, fresh: float, rise_time: float) -> float:
-    """Return the factor of the breakaway F_s after `dwell` [s] at rest, in [fresh, 1).
+    """Return the factor, `fresh` to 1, of the breakaway F_s after `dwell` [s] at rest.
 
-    The factor is 1 if rise_time [s] is 0.
+    `fresh` is the factor just after a stop. The factor is 1 if rise_time [s] is 0.
     """
     return 1.0 - (1.0 - fresh) * rise_time / (rise_time + dwell) if rise_time > 0.0 else 1.0

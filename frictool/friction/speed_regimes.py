@@ -17,14 +17,14 @@ from frictool.typing import Vector
 
 @kernel
 def knee_force(v: float, regimes: Vector) -> float:
-    """Return the additional friction [N | N m] at the velocity v [m/s | rad/s]."""
+    """Return the friction [N | N m] that all knees add at the velocity v [m/s | rad/s]."""
     total: float = regime_force(abs(v), regimes, count_passed_knees(abs(v), regimes))
     return total if v >= 0.0 else -total
 
 
 @kernel
 def regime_force(speed: float, regimes: Vector, passed: int) -> float:
-    """Return the additional friction [N | N m] at a speed >= 0 from the first `passed` knees only.
+    """Return the friction [N | N m] that the first `passed` knees add at a speed >= 0.
 
     With a constant `passed`, the force is a smooth function of the speed. An integrator requires a
     smooth force between two knee speeds.
@@ -56,7 +56,7 @@ def knee_slope(v: float, regimes: Vector) -> float:
 
 
 def regimes_from(points: list[tuple[float, float]]) -> Vector:
-    """Return the array for the kernels from pairs (knee, slope) in SI.
+    """Return the array [knee_1, slope_1, ...] for the kernels from pairs (knee, slope) in SI.
 
     Raises ValueError if the knees do not rise or the friction would fall with speed.
     """

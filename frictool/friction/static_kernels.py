@@ -13,7 +13,7 @@ from frictool.typing import Vector
 
 @kernel
 def sticking_force(effort: float, forward: float, backward: float) -> float:
-    """Return the friction [N | N m] on a body at rest under `effort`, limited to the breakaway.
+    """Return the friction [N | N m] on a body at rest: `effort`, limited to the breakaway.
 
     `forward` and `backward` are the breakaway in each direction, >= 0.
     """

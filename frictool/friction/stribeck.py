@@ -26,7 +26,7 @@ ROUNDING_EXPONENT = 38.4  # exp(-0.98^2 38.4) = 1e-16: the curve is F_c to round
 
 
 def straight_from(velocity: float, exponent: float) -> float:
-    """Return the speed [m/s | rad/s] above which g(v) - F_c is below the rounding error."""
+    """Return the speed [m/s | rad/s] above which g(v) is F_c within the rounding error."""
     return velocity * float(ROUNDING_EXPONENT ** (1.0 / exponent))
 
 

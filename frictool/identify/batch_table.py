@@ -181,7 +181,7 @@ def population_lines(parameters: dict[str, Population], bench: Bench) -> list[st
 
 
 def conclusion(one: Population) -> str:
-    """Return "yes" if one true value can explain all models, else "no" and the failed tests."""
+    """Return "yes" if one true value can explain the values of all models, else "no" and why."""
     no = []
     if one.between is not None and one.rejects(one.between):
         no.append(f"units differ by {one.between.beyond:.2g} {_p(one.between.p)}")

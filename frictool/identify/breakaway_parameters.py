@@ -183,7 +183,7 @@ def _force_error(logs: AxisLogs, outcome: Outcome) -> float:
 
 
 def _mapped(logs: AxisLogs, outcome: Outcome, ramp: Breakaway) -> Outcome | None:
-    """Return the outcome with the friction map, or None if the logs do not determine it."""
+    """Return the outcome with the friction map, or None if the logs do not determine the map."""
     axis = sliding_intervals(outcome.from_logs, logs.bench)
     axis["offset"] = bench_interval(logs.bench, "offset")
     try:
@@ -287,11 +287,11 @@ def _weak_inertia(logs: AxisLogs, outcome: Outcome, fit: SlidingFit) -> Outcome 
 
 
 def _refitted(logs: AxisLogs, fit: SlidingFit, law: BreakawayOverPosition) -> SlidingFit | None:
-    """Return a repeated fit with the load terms of `fit` and widened intervals, or None.
+    """Return a repeated fit with the load terms of `fit` and friction over position, or None.
 
     If the sliding logs stay within the positions of the ramps, the polynomial of the friction over
-    position has the order of `law`. The result is None if the method cannot fit friction over
-    position, or if the fit fails.
+    position has the order of `law`. The intervals include effects that the model lacks. The result
+    is None if the method cannot fit friction over position, or if the fit fails.
     """
     inside = all(
         law.low <= end <= law.high

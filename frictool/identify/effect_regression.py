@@ -154,7 +154,7 @@ class EffectRegression:
     def scatter(self, more: Sequence[Hypothesis] = ()) -> dict[str, float]:
         """Return half widths of all parameters from the scatter of the residual between bins.
 
-        The residual belongs to the model with the additional hypotheses `more`.
+        The residual is that of the model with the additional hypotheses `more`.
         """
         rows = self.rows
         used = [*self.used, *more]
@@ -614,7 +614,7 @@ def inertia_of_other_method(fit: SlidingFit) -> bool:
 
 
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
-    """Return whether noise can make the inertia too small by more than half its interval's width.
+    """Return whether noise can lower the inertia by more than the half width of its interval.
 
     The result is also True if the fit has no inertia, or an inertia from the weak form or from
     means over strokes. It is False if the inertia is fixed.

@@ -58,7 +58,7 @@ class Interval:
 def intervals_around(
     names: Iterable[str], values: Iterable[float], half: Iterable[float]
 ) -> dict[str, Interval]:
-    """Return for each name the interval [value - half, value + half]; the names may be fewer."""
+    """Return for each name the interval value +- half; values beyond the last name are ignored."""
     return {
         name: Interval.around(value, reach)
         for name, value, reach in zip(names, values, half, strict=False)
@@ -96,7 +96,7 @@ class Explanation:
     - probability: p-value of the test that this part of the effort is 0
     - held_out: prediction error of the effort in strokes left out of the fit, divided by the error
       of a fit without this part
-    - settle: advice: a change of bench.yaml or a test that would show whether this part exists
+    - settle: advice on a change of bench.yaml or a test that would show whether this part exists
     - rivals: physical names of other explanations that predict the strokes equally well
     """
 

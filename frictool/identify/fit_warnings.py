@@ -158,7 +158,7 @@ def mixed_onset_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
             warnings.append(
                 f"breakaway {side}: {np.sum(low)} of {low.size} onsets need at most "
                 f"{np.max(friction[low]):.3g} {unit}, the others at least "
-                f"{np.min(friction[~low]):.3g}; check the ramps for a second cause, as backlash"
+                f"{np.min(friction[~low]):.3g}; check the ramps for a second cause (backlash?)"
             )
     return warnings
 

@@ -233,7 +233,7 @@ class _KinkSearch:
         return knots[int(np.argmax(slope[:, None, :] @ value))]
 
     def knot(self, rows: NDArray[np.bool_], knots: Sequence[float]) -> float:
-        """Return the result of `best` on a finer grid around the best position in `knots`."""
+        """Return the best position (`best`) on a finer grid around the best position in `knots`."""
         first = self.best(rows, knots)
         finer = first + self.step * np.linspace(-1.0, 1.0, 2 * FINER + 1)
         return self.best(rows, finer.tolist())

@@ -1,10 +1,10 @@
 """Tests whether many estimates of one parameter have the same true value.
 
 The observed scatter is compared with the scatter that the intervals predict. The standard deviation
-s of an estimate x is the half width of its interval divided by the normal quantile. With weights
-w = 1/s^2, Q = sum w (x - mean)^2 has a chi-squared distribution with n - 1 degrees of freedom if
-all estimates have one true value (Cochran 1954). The excess of Q gives the variance that the
-intervals do not explain (DerSimonian and Laird 1986).
+s of an estimate x is the half width of its interval divided by the normal quantile. With weights w
+= 1/s^2, Q = sum w (x - mean)^2 has a chi-squared distribution with n - 1 degrees of freedom if all
+estimates have one true value (Cochran 1954). The excess of Q over n - 1 gives the variance that the
+intervals do not explain (DerSimonian and Laird, 1986).
 
 A unit is a machine that was tested. If the units are known, Q is the sum of a term within units and
 a term between units. In the test between units, the unexplained scatter within units is added to
@@ -96,7 +96,7 @@ class Population:
 
     @property
     def changing(self) -> list[str]:
-        """Return the units whose models differ: the test in `alone` rejects one true value."""
+        """Return the units whose models differ: their test in `alone` rejects equal true values."""
         return [unit for unit, test in self.alone.items() if test.p < self.limit / len(self.alone)]
 
     @property
@@ -183,7 +183,7 @@ def _mean(values: Vector, s: Vector) -> float:
 
 
 def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
-    """Return the test of the scatter around the mean of each group; None: one group of all."""
+    """Return the test of the scatter around the mean of each group (by default, one group)."""
     w = s**-2.0
     group = np.zeros(values.size, dtype=np.int64) if group is None else group
     q = 0.0

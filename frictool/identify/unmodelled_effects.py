@@ -153,7 +153,7 @@ class WidenedFit:
 def widened(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> WidenedFit:
-    """Return the fit with intervals of the sliding parameters that include unmodelled effects."""
+    """Return the fit; its intervals of the sliding parameters include unmodelled effects."""
     regression = effect_regression(fit, records, bench, confidence)
     if regression is None:
         return WidenedFit(fit)

@@ -46,7 +46,8 @@ class ParameterAssessment:
     - wanted: requested precision
     - known: precision of the a-priori interval; None if the bench states no interval
     - target: the smaller of `wanted` and `known`
-    - least: Cramér-Rao bound of the proposed test; None for breakaway and presliding
+    - least: precision at the Cramér-Rao bound of the proposed test; None for breakaway and
+      presliding
     - doubled: precision with an encoder of twice the resolution; None if it cannot be computed
     - step: largest encoder step [rad | m] with which the parameter is identifiable; None if even a
       step of FINEST times the bench's step is too large
@@ -70,8 +71,8 @@ class Assessment(ResultView):
 
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
-    - drive: shortest times in which the drive can complete 95 % of a position step; None if the
-      distance of the step is unknown
+    - drive: shortest times, on the slowest and the fastest axis, in which the drive can complete
+      95 % of a position step; None if the distance of the step is unknown
     """
 
     bench: Bench

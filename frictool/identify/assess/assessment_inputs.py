@@ -53,7 +53,7 @@ class AssessmentInputs:
 
     @property
     def dynamics_known(self) -> bool:
-        """Return True if `slowest` is at most KNOWN_DYNAMICS times `fastest`."""
+        """Return True if inertia/viscous is known within the factor KNOWN_DYNAMICS."""
         return math.isfinite(self.slowest) and self.slowest <= KNOWN_DYNAMICS * self.fastest
 
     def with_step(self, step: float) -> AssessmentInputs:

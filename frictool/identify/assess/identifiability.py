@@ -98,7 +98,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return a text on the imprecision of least squares on differences of samples."""
+    """Return text that says why least squares on differences of samples are too imprecise."""
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:

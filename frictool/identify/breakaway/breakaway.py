@@ -144,8 +144,8 @@ def breakaway(
     - load: unknown part of the load over position
 
     If all ramps have the same direction, the offset is subtracted. Raises UnusableLogs if neither
-    direction has five onsets, if a load starts the axis, or if the ramps do not separate an unknown
-    load from the friction.
+    direction has five onsets, if a load starts the axis against the drive, or if the ramps do not
+    separate an unknown load from the friction.
     """
     if not load.free:
         return _breakaway(records, bench, axis, confidence, stribeck, load)

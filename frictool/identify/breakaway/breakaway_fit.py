@@ -58,7 +58,7 @@ class BreakawayFit:
 
 
 def fit_breakaway(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit:
-    """Return the polynomials that the onsets support, for an axis with the values `nominal`."""
+    """Return the polynomials that the onsets support; `nominal` are the axis parameters in SI."""
     shape: Vector | None = None
     for _ in range(ROUNDS):
         friction = data.friction(nominal, shape)

@@ -137,7 +137,7 @@ def _fitted(
 
 
 def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
-    """Return `shape_at` (n,) at the samples of the strokes."""
+    """Return breakaway/(mean breakaway) (n,) at the samples of the strokes (`shape_at`)."""
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
     return shape_at(rows.position, np.repeat(rows.means.sign, lengths), law)
 

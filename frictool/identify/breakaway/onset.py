@@ -90,7 +90,7 @@ def write_travel_tables(
     exponent: float,
     tables: Tables,
 ) -> None:
-    """Write the travel as cubic polynomials of the time t since the onset to `tables`.
+    """Write to `tables` the travel as cubic polynomials of the time t since the onset.
 
     `tables` has the shape (m, STEPS, 6).
 

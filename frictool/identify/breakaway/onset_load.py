@@ -42,7 +42,7 @@ CONSTANT = PositionLoad(harmonics=(LoadHarmonic(0.0, 0.0, 1.0),))
 
 
 def harmonic_units(number: float) -> tuple[PositionLoad, PositionLoad]:
-    """Return sine and cosine with the wave number `number` [1/rad | 1/m] and an effort of 1."""
+    """Return sine and cosine loads of amplitude 1; `number` is the wave number [1/rad | 1/m]."""
     return (
         PositionLoad(harmonics=(LoadHarmonic(number, 1.0, 0.0),)),
         PositionLoad(harmonics=(LoadHarmonic(number, 0.0, 1.0),)),
@@ -152,7 +152,7 @@ def ripple_phases(number: float, amplitude: float) -> tuple[PositionLoad, ...]:
 
 
 def independent_loads(units: Sequence[PositionLoad], position: Vector) -> Matrix:
-    """Return factors (p, q) that turn p unit loads into q loads without correlation at the onsets.
+    """Return factors (p, q) that turn p unit loads into q loads, uncorrelated at the onsets.
 
     Loads that hardly differ from an offset at the onsets are left out.
 

@@ -49,7 +49,7 @@ def without_free_load(
     axis: Mapping[str, Interval],
     load: OnsetLoad,
 ) -> tuple[list[MotionRecord], dict[str, Interval]]:
-    """Return the records with the load that fits the onsets, and the axis with the fitted offset.
+    """Return the records with the fitted load as known load, and `axis` with the fitted offset.
 
     The load is fitted together with the offset; the load's mean over the onsets is 0.
     """

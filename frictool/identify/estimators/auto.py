@@ -22,8 +22,8 @@ If the bench declares no loads, the Stribeck curve is fitted to the parts at con
 steps do not identify Coulomb friction, as in a staircase of speeds with one stroke in each
 direction. If the above steps identify the inertia, the curve is fitted with this inertia. The
 result of the above steps is used instead of the curve if friction does not fall with speed, and if
-these steps identify viscous and Coulomb friction. This result also uses the samples near the
-reversals.
+these steps identify viscous and Coulomb friction. Unlike the curve, this result also uses the
+samples near the reversals.
 
 Viscous friction is set to 0 if this does not worsen the prediction of strokes that the fit did not
 use. An offset that the bench does not declare is set to 0 under the same condition.

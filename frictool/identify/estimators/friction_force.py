@@ -13,7 +13,7 @@ searched, because the force is linear in the other parameters.
 Each log must be a stroke in one direction. At a reversal, friction changes its sign, but its
 filtered value changes slowly; the curve would then state a Coulomb friction that is far too small.
 
-All samples of a stroke are used, also samples at rest within the stroke. Samples at rest shift
+All samples of a stroke are used, even samples at rest within the stroke. Samples at rest shift
 Coulomb friction towards the effort at rest. The curve is therefore fitted again to the samples that
 certainly slip, and the intervals contain the intervals of both fits. To leave out samples at rest,
 select the moving part of the log with `ingest --from --to`. The intervals allow for the correlation

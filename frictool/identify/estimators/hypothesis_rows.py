@@ -85,16 +85,16 @@ class ReducedRows:
         return by_stroke(out, self.stroke)
 
     def probability(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the p-value of the test that all parameters of `tested` are 0.
+        """Return the p-value of the test that all parameters of the hypothesis `tested` are 0.
 
-        The fit contains the columns of `tested` and `others`.
+        The fit contains the columns of `tested` and of the hypotheses `others`.
         """
         columns = self.columns([*others, tested])
         indices = [k for k, column in enumerate(columns) if self.names[column] in tested.names]
         return joint_probability(self.plain[:, :, [*columns, -1]], self.cluster, indices)
 
     def effort(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the rms effort [N m | N] that `tested` explains in a fit with `others`."""
+        """Return the rms effort [N m | N] of the hypothesis `tested`, fitted with `others`."""
         columns = self.columns([*others, tested])
         value = self.fitted(columns)
         factor = np.zeros(len(self.names))
@@ -104,17 +104,17 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def fitted_to(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> Vector:
-        """Return the parameters of `tested` in a fit with `others`."""
+        """Return the parameters of the hypothesis `tested`, fitted together with `others`."""
         columns = self.columns([*others, tested])
         chosen = [self.names[k] in tested.names for k in columns]
         return np.asarray(self.fitted(columns)[chosen])
 
     def amplitude(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the amplitude [N m | N] of the ripple `tested` in a fit with `others`."""
+        """Return the amplitude [N m | N] of the ripple `tested`, fitted together with `others`."""
         return float(np.linalg.norm(self.fitted_to(tested, others)))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return True if the rows determine `tested` and noise alone cannot explain its effort.
+        """Return True if the rows determine the hypothesis `tested`, and noise cannot imitate it.
 
         The result is False, too, if a parameter of `tested` has an impossible sign.
 

@@ -69,7 +69,7 @@ class StrokeMeans:
     nuisance: Matrix | None = None
 
     def mean(self, values: Vector) -> Vector:
-        """Return the means (m,) over the parts of `values` (n,), one value for each sample."""
+        """Return the mean of `values` (n,), one value per sample, over each part, (m,)."""
         return np.asarray(np.add.reduceat(values, self.starts) / self._lengths)
 
     @cached_property

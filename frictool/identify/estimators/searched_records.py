@@ -275,7 +275,7 @@ class SearchedRecords:
         return None if peak is None else (self._harmonic(waves, peak.number), peak)
 
     def _harmonic(self, waves: tuple[float, ...], number: float) -> Hypothesis:
-        """Return the hypothesis of a ripple with the wave number `number`, added to `waves`."""
+        """Return the hypothesis of a further ripple; `number` is its wave number, 1/rad | 1/m."""
         if self.rotary:
             shown = f"{number:.4g} cycles a turn"
             key = f"{{cycles: {number:.4g}, per: {{value: 1, unit: turn}}}}"

@@ -128,7 +128,7 @@ def constant_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench)
 
 
 def voltage_drop_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench) -> str | None:
-    """Return a warning if the friction of a voltage drive includes a voltage drop, else None.
+    """Return a warning if fitted friction of a voltage drive includes a voltage drop, else None.
 
     `motor` is a result of `winding`.
     """

@@ -95,9 +95,10 @@ class FreeOscillation(NamedTuple):
 
 @functools.cache
 def _grid(samples: int) -> tuple[Vector, Vector, Matrix]:
-    """Return g pairs of w and s, multiplied by the window's duration, and columns (4 g, samples).
+    """Return g pairs of w and s (module docstring) per window, and columns (4 g, samples).
 
-    A pair of w and s has four orthonormal columns; the first two span the constant and the slope.
+    w and s are multiplied by the duration of a window. A pair has four orthonormal columns; the
+    first two span the constant and the slope.
     """
     time = np.arange(samples) / samples
     cycles = np.geomspace(LEAST_CYCLES, MOST_CYCLES, FREQUENCIES)
@@ -120,11 +121,11 @@ def _columns(time: Vector, rate: float, decay: float) -> Matrix:
 def coarse_fits(windows: Matrix, highest: float) -> list[tuple[int, float, float]]:
     """Return (index in `windows`, w, s) of each window with an oscillation; `windows` is (m, n).
 
-    w and s are multiplied by the duration of a window. At most two windows are chosen: the window
-    whose oscillation explains the largest fraction of the variance, and the last window whose
-    oscillation explains at least the fraction EXPLAINED. The former may contain the end of the
-    motion. The list is empty if no oscillation explains the fraction COARSE. `highest` is the
-    largest allowed product of w and the duration.
+    w is the angular frequency and s the decay rate, both times the duration of a window. At most
+    two windows are chosen: the window whose oscillation explains the largest fraction of the
+    variance, and the last window whose oscillation explains at least the fraction EXPLAINED. The
+    former may contain the end of the motion. The list is empty if no oscillation explains the
+    fraction COARSE. `highest` is the largest allowed product of w and the duration.
     """
     rate, decay, basis = _grid(windows.shape[1])
     about_mean = windows - windows.mean(axis=1, keepdims=True)
@@ -184,7 +185,7 @@ def free_oscillation(
 def _refined(
     time: Vector, position: Vector, rate: float, decay: float
 ) -> tuple[float, float, Vector] | None:
-    """Return w, s and c, d, p, q of the least-squares fit near the start values `rate`, `decay`.
+    """Return w, s and c, d, p, q (module docstring) fitted near the start `rate`, `decay`.
 
     The result is None if the steps lead to w <= 0 or to |s| > w.
     """
@@ -214,7 +215,7 @@ def _fitted(columns: Matrix, values: Vector) -> Vector:
 
 
 def _derivatives(time: Vector, columns: Matrix, values: Vector) -> Matrix:
-    """Return the derivatives (n, 6) of the position with respect to c, d, p, q, w and s."""
+    """Return the derivatives (n, 6) of x(t) (module docstring) by c, d, p, q, w and s."""
     cosine, sine = columns[:, 2], columns[:, 3]
     by_rate = time * (values[3] * cosine - values[2] * sine)
     by_decay = -time * (values[2] * cosine + values[3] * sine)

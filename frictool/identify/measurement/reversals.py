@@ -209,7 +209,7 @@ class ReversalRegression:
         return np.column_stack((plain, inside[:, 0]))
 
     def fitted(self, columns: Matrix) -> Vector:
-        """Return the least-squares parameters (p,) of these regressors (n, p)."""
+        """Return the parameters (p,) of the regressors (n, p), by least squares."""
         return np.asarray(np.linalg.lstsq(columns, self.effort, rcond=None)[0])
 
     def fit_of(self, width: float, rise: Rise = "step") -> tuple[Vector, Vector]:
@@ -224,7 +224,7 @@ class ReversalRegression:
         return value, self.effort - columns @ value
 
     def squares(self, width: float, rise: Rise) -> float:
-        """Return the sum of squared residuals of a fit with this backlash or gradual rise."""
+        """Return the sum of squared residuals for a backlash or gradual rise of `width`."""
         return float(np.sum(self.fit_of(width, rise)[1] ** 2))
 
     def best_width(self, widest: float, rise: Rise = "step") -> float:

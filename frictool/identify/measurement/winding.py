@@ -255,7 +255,7 @@ class _CurrentModel:
         return _joined(self.pieces, [p.speed_response(lag, self.slope) for p in self.pieces])
 
     def linear(self, nonlinear: _NonlinearParameters) -> tuple[Vector, Vector]:
-        """Fit 1/R, -K/R and the offset of the current; return these (3,) and the residual (m,)."""
+        """Return 1/R, -K/R and current offset (module docstring), fitted, and the residual (m,)."""
         lag = nonlinear.lag
         speeds = self.speeds(lag) if self.moving else np.zeros(1)
         voltages = self.voltages(nonlinear)
@@ -295,7 +295,7 @@ class _CurrentModel:
         return nonlinear(z)
 
     def derivatives(self, value: Vector, nonlinear: _NonlinearParameters) -> Matrix:
-        """Return the derivatives (m, 6) of the current by R, K, L, delay, offset and drop."""
+        """Return the (m, 6) derivatives of the current by R, K, L, delay, offset, drop."""
         lag, delay, drop = nonlinear
         resistance = 1.0 / value[0]
         constant = -value[1] * resistance

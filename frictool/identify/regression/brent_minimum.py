@@ -7,7 +7,7 @@ than the searches of an identification.
 The state of a search is a list or an array of ten numbers, in this order:
 
 - the two ends of the interval
-- argument and value at the three best arguments so far, the best first
+- argument and value of the three best points so far, the best first
 - the last step, and the step before the last step
 """
 

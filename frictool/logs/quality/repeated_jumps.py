@@ -172,12 +172,12 @@ class RepeatedJumps:
         )
 
     def between(self, low: float, high: float) -> RepeatedJump | None:
-        """Return the jumps from one end of a period to the other, without a test of the motion.
+        """Return the jumps from one end of a period to the other; the motion is not tested.
 
         low, high: ends of the period in rad or m.
 
-        The result is None if the share of these jumps among the long steps is below MOSTLY, or if
-        the position leaves the period.
+        The result is None if the share of these jumps among the long steps (module docstring) is
+        below MOSTLY, or if the position leaves the period.
         """
         near = np.abs(self._around[:, WINDOW - NEIGHBOURS : WINDOW + NEIGHBOURS])
         motion = near[near <= self._long]
