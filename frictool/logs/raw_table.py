@@ -101,7 +101,7 @@ class RawTable(Protocol):
     size: int
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column `wanted`, a name or a number from 1; else None.
+        """Return the name of the column `wanted` (name, or number from 1); None if missing.
 
         Raises LogError if the column contains no numbers.
         """
@@ -139,7 +139,7 @@ class DerivedTable:
         self.units: Mapping[str, str | None] = table.units
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column `wanted`, a name or a number from 1; else None."""
+        """Return the name of the column `wanted` (name, or number from 1); None if missing."""
         return self._table.find(wanted)
 
     def line(self, row: int) -> int | None:
@@ -149,7 +149,7 @@ class DerivedTable:
 
 @runtime_checkable
 class DetectedLayout(Protocol):
-    """Table of a text file whose layout was detected; `description` describes it in messages."""
+    """Table of a text file whose layout was detected; `description` is the layout in messages."""
 
     description: str
 
@@ -171,7 +171,7 @@ def order_error(time_ns: int, before_ns: int) -> str:
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:
-    """Return an error about a row, with the line of the row or, if unknown, its sample number."""
+    """Return an error about a row, with its line number or, if unknown, its sample number."""
     line = table.line(row)
     return LogError(
         table.source, message if line is not None else f"sample {row + 1}, {message}", line=line
@@ -179,14 +179,14 @@ def fail_at(table: RawTable, row: int, message: str) -> LogError:
 
 
 def find(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element `wanted` of `names`, a name or a number from 1; else None."""
+    """Return the element `wanted` (name, or number from 1) of `names`; None if missing."""
     if isinstance(wanted, int):
         return names[wanted - 1] if 1 <= wanted <= len(names) else None
     return wanted if wanted in names else None
 
 
 def common_rows(source: str, rows: Mapping[str, int]) -> int:
-    """Return the number of rows of the columns; 0 if there are no columns.
+    """Return the common number of rows of all columns; 0 if there are no columns.
 
     rows: number of rows of each column.
 
@@ -201,7 +201,7 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
 
 
 def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "column") -> str:
-    """Return the name of the column `wanted`, a name or a number from 1.
+    """Return the name of the column `wanted` (name, or number from 1).
 
     Raises LogError, with the nearest name and the available names, if there is no such column.
     """

@@ -28,5 +28,5 @@ def larger_peak(command: Vector | None, measured: Vector | None) -> float:
 
 
 def rest_drive(rest_command: Vector | None, rest_measured: Vector | None) -> float:
-    """Return the peak [A | V] at rest: of the command, or of the measured drive if it is None."""
+    """Return the peak [A | V] at rest of the command or, if this is None, of the measured drive."""
     return larger_peak(rest_command, rest_measured if rest_command is None else None)

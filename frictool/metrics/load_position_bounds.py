@@ -40,8 +40,8 @@ def load_static_error(
     - load: result of `load_bounds`
     - resolution: sensor step [rad or m], 0 if unknown
 
-    If a bound still moves at the end of the hold, the error is the largest error in that part of
-    the hold (static_error.py).
+    If a bound still moves at the end of the hold, the error is the largest error there
+    (static_error.py).
     """
     ends = [one[-tail_samples(one.size) :] for one in load]
     if any(moves(end, resolution) for end in ends):

@@ -29,8 +29,8 @@ ConstantRun = tuple[int, int, float]  # start, stop, reference [rad or m]
 class Hold:
     """Samples start <= k < stop, in which the reference is constant at `target` [rad or m].
 
-    origin: reference before the step [rad or m]; None if the hold does not begin with a step. If
-    samples separate two holds at a step (at most three), they belong to the second hold.
+    origin: reference before the step [rad or m]; None if the hold does not begin with a step. The
+    samples between two holds at a step (at most three) belong to the second hold.
 
     """
 

@@ -21,7 +21,7 @@ def find_motions(reference: Vector) -> tuple[tuple[int, int], ...]:
     """Return the motions of `reference` (n,) in order of time.
 
     Each motion is (start, stop). `start` is the last sample before the motion. `stop` is the first
-    sample at which the reference is at rest again; n - 1 if the record ends during the motion.
+    sample at which the reference is at rest again; n - 1 if the samples end during the motion.
     """
     changes = changed_samples(reference)
     if not changes.size:

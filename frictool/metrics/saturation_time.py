@@ -15,7 +15,7 @@ NEAR_LIMIT = 0.01  # relative tolerance of a measured drive, for its lag and gai
 def commanded_saturation(time: Vector, command: Vector, limit: float) -> float:
     """Return the time [s] for which |command| (n,) [A | V] is at its `limit`.
 
-    The command is constant between two samples. `time`: (n,) [s].
+    The command counts as constant between two samples. `time`: (n,) [s].
     """
     return _total(time, command, limit * (1.0 - AT_LIMIT))
 
@@ -23,8 +23,8 @@ def commanded_saturation(time: Vector, command: Vector, limit: float) -> float:
 def measured_saturation(time: Vector, drive: Vector, limit: float, deviation: float) -> float:
     """Return the time [s] for which a measured |drive| (n,) [A | V] is at its `limit`.
 
-    The tolerance is 1 % of the limit or two standard deviations of the drive's white noise,
-    whichever is larger; `deviation` is one standard deviation.
+    The drive is at the limit within 1 % of the limit or two standard deviations of its white
+    noise, whichever is larger; `deviation` is one standard deviation.
     """
     return _total(time, drive, limit - max(NEAR_LIMIT * limit, 2.0 * deviation))
 

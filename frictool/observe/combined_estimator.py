@@ -57,7 +57,7 @@ class VelocityEstimation(Protocol):
         ...
 
     def figures(self) -> dict[str, Any]:
-        """Return the velocity errors so far by name (SI), including `velocity_rms`."""
+        """Return the velocity errors (SI) up to now, by name, including `velocity_rms`."""
         ...
 
 

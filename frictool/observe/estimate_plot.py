@@ -98,7 +98,7 @@ def _limit(axes: Axes, limit: float | None) -> None:
 
 
 def _scale(duration: float) -> tuple[float, str]:
-    """Return the length [s] and the symbol of the unit of the time axis."""
+    """Return the unit of the time axis: its length [s] and its symbol."""
     if duration >= LONGER_S:
         return 3600.0, "h"
     return (60.0, "min") if duration >= LONG_S else (1.0, "s")

@@ -170,7 +170,7 @@ class SampleStream:
             yield low, high, low == 0 and before is not None and not broken[0]
 
     def _check(self, samples: SampleBlock) -> None:
-        """Raise LogError for a magnitude above LARGEST, since sums of squares could overflow."""
+        """Raise LogError for a sample above LARGEST, since sums of squares could overflow."""
         for name, values in zip(self._fields, samples.values, strict=True):
             most = int(np.argmax(np.abs(values)))
             if not abs(values[most]) <= LARGEST:

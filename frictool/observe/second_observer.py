@@ -26,7 +26,7 @@ class SecondObserver:
     """Additional observer, and the sums of its velocity errors."""
 
     def __init__(self, observer: Observer, cutoff: float) -> None:
-        """Create the run; `cutoff`: cut-off [Hz] of the zero-phase velocity, the reference."""
+        """Create the run; `cutoff`: cut-off [Hz] of the zero-phase velocity used for the errors."""
         self.observer = observer
         self._run = ObserverRun(observer)
         self._figures = VelocityErrors(cutoff, observer.sample_period_s)

@@ -93,7 +93,7 @@ class VelocityErrors:
             self._compare(last=False)
 
     def figures(self) -> dict[str, Any]:
-        """Return the errors by name (SI) of the whole log; the errors of a short log are None."""
+        """Return the errors (SI) of the whole log, by name; the errors of a short log are None."""
         self._compare(last=True)
         self._begin()
         filter_figures = self._figures("", self.zero_phase)

@@ -118,7 +118,7 @@ def _judged(name: str, estimate: EstimateRange, moves: int, limit: float) -> Wea
         limit,
         exceeded,
         False,
-        f"{shown} is {'above' if exceeded else 'not above'} {limit:g}, but not for certain",
+        f"{shown} is {'above' if exceeded else 'not above'} {limit:g}, which its interval contains",
     )
 
 

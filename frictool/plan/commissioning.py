@@ -182,7 +182,7 @@ def _without_doubts(outcome: IdentifiedModel) -> IdentifiedModel:
 def _identified(
     bench: Bench, logs: Sequence[Log], outcome: IdentifiedModel, answer_of: Judge, narrow: bool
 ) -> PlanStep:
-    """Return the step after logs that identify at least one parameter."""
+    """Return the next commissioning step if the logs identify at least one parameter."""
     model = outcome.model
     reached = _reached(outcome)
     known = {one.parameter for one in reached}
@@ -315,9 +315,9 @@ def _designed(
     narrow: bool,
     untested: str | None,
 ) -> PlanStep:
-    """Return the step that follows from the search for a controller.
+    """Return the next commissioning step, after a search for a controller.
 
-    untested: reason for which no test of strokes is possible, or None.
+    untested: reason why no test of strokes is possible, or None.
     """
     model = outcome.model
     reached = _reached(outcome)
@@ -372,7 +372,7 @@ def _designed(
 
 
 def _validation(bench: Bench) -> tuple[PreciseTest | None, str]:
-    """Return a test of position steps within the travel (None if impossible), and advice."""
+    """Return a test of position steps (None if impossible), and advice on the validation."""
 
     def steps(usable: Bench) -> PreciseTest:
         return PreciseTest(excite("steps", usable, ExcitationSettings()), {}, {})

@@ -13,8 +13,8 @@ drive after its lag, and u the commanded drive. W1 to W5, W_u and W_eta are weig
 
 A sampled plant includes the computational delay. Both structures measure eta = s - x, so that the
 controller has the same input in both structures. The weights are discretised by Tustin's method.
-The thesis has no weight W_u on the commanded drive. D12 is then 0, and the optimum is not attained:
-one encoder count causes a drive of hundreds of times the drive limit.
+Without the weight W_u, as in the thesis, D12 is 0 and the optimum is not attained: one encoder
+count causes a drive of hundreds of times the drive limit.
 """
 
 from __future__ import annotations

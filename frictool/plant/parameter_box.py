@@ -32,7 +32,7 @@ def largest_coulomb(box: Box) -> float:
 
 
 def moving(box: Box) -> tuple[str, ...]:
-    """Return those of inertia, constant and viscous friction whose interval is not one value."""
+    """Return the dynamic parameters (inertia, constant, viscous) whose interval is no point."""
     return tuple(name for name in DYNAMIC if box[name][1] > box[name][0])
 
 

@@ -70,7 +70,7 @@ class PositionLoad(NamedTuple):
 
 @kernel
 def load_effort(load: Vector, x: float) -> float:
-    """Return the load [N m | N] at x [rad | m]; `load` has shape (1 + 3 h,) or is empty."""
+    """Return the load [N m | N] at x [rad | m]; `load` is the result of `PositionLoad.as_array`."""
     if load.shape[0] == 0:
         return 0.0
     total = float(load[0]) * x

@@ -22,7 +22,7 @@ Ends = tuple[float, float]
 
 @dataclass(frozen=True)
 class RegimeTangent:
-    """Slope [N m s/rad or N s/m] and intercept [N m or N] of the tangent of one regime."""
+    """Slope [N m s/rad or N s/m] and intercept [N m or N] of the tangent in one speed range."""
 
     viscous: float
     coulomb: float
@@ -30,9 +30,9 @@ class RegimeTangent:
 
 @dataclass(frozen=True)
 class RegimeLevels:
-    """Intervals (low, high) of the Coulomb friction and of the viscous slope of each regime.
+    """Intervals (low, high) of the Coulomb friction, and of the viscous slope in each speed range.
 
-    above: speed at which each regime begins [rad/s or m/s], 0 for the first regime.
+    above: speed at which each range (regime) begins [rad/s or m/s], 0 for the first.
     """
 
     coulomb: Ends
@@ -49,7 +49,7 @@ class RegimeLevels:
 
 
 def tangents(levels: RegimeLevels, *, viscous: bool, coulomb: bool) -> tuple[RegimeTangent, ...]:
-    """Return the tangents of every regime, at both ends of the scheduled intervals.
+    """Return the tangents of every regime (speed range), at both ends of the scheduled intervals.
 
     - viscous: True if the slopes are scheduled
     - coulomb: True if the Coulomb friction is scheduled

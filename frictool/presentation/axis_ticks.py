@@ -29,7 +29,7 @@ class AxisTicks:
 def linear_ticks(ends: tuple[float, float], most: int, least_step: float = 0.0) -> AxisTicks:
     """Return ticks at round numbers between `ends`, at most `most` + 1 ticks if possible.
 
-    least_step: smallest allowed distance of two ticks; 1 for whole numbers. If it is 0, the axis
+    least_step: smallest allowed distance of two ticks; 1 for whole numbers. With 0, the axis
         has a grid and at least FEWEST ticks, even if this number exceeds `most`.
     """
     low, high = ends

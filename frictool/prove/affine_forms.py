@@ -247,7 +247,7 @@ def add_generator(f: Forms, a: int, half: float) -> None:
 
 @part_kernel
 def reduce_forms(f: Forms, rows: IntVector, fixed: int, keep: int, score: Vector) -> None:
-    """Keep the `keep` largest generators of the given rows; add all others to the rows' errors.
+    """Keep the `keep` largest generators of `rows`; add all others to the errors of these rows.
 
     The first `fixed` generators are always kept. `score` (generators,) is scratch memory.
     """

@@ -359,7 +359,7 @@ def _contact_now(
 
 @part_kernel
 def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
-    """Update the contact with the load after a sample with the given contact.
+    """Update the contact with the load after a sample whose motion gives the state `contact`.
 
     Inside the backlash, the distance to the contact follows from the position alone. The distance
     therefore stays known if the direction of motion is uncertain.
@@ -402,6 +402,8 @@ def _meet(f: Forms, o: int, c: AxisCell, m: Vector, contact: int) -> None:
 @part_kernel
 def _viscous_excess(slope: float, kappa: float, speed: float, braking: float, t: float) -> float:
     """Return a bound of (mean viscous friction) - kappa (final speed)/t over a sample of length t.
+
+    The module docstring defines kappa.
 
     - speed: bound of the speed
     - braking: bound of the deceleration without viscous friction

@@ -79,7 +79,7 @@ def run_samples(
     past: Forms,
     score: Vector,
 ) -> int:
-    """Run the tube from sample span[0] to span[1] - 1, and set span[0] to the sample reached.
+    """Extend the enclosure (tube) over the samples span[0] to span[1] - 1; update span[0].
 
     - span[2]: assumption if it is uncertain whether the axis is inside the rest band: 1 inside, 0
       outside, -1 no assumption, so that the run ends

@@ -173,7 +173,7 @@ def differences(proof: Proof, again: Proof) -> tuple[str, ...]:
 
 
 def prove_again(proof: Proof, progress: Callable[[float], None] = lambda _: None) -> Proof:
-    """Repeat a proof from the documents in the proof, with the cells that it lists."""
+    """Repeat a proof from the documents and the cells that the proof contains."""
     test = ProofRequest(proof.model, proof.controller, proof.scenario, proof.spec, proof.number)
     again = prove_step(test, proof.provenance, progress=progress)
     if not proof.cells:

@@ -1,4 +1,4 @@
-"""Samples of a controller while the axis rests and its reading is constant."""
+"""Samples of a controller while the axis rests and the encoder reading is constant."""
 
 from __future__ import annotations
 

@@ -27,8 +27,8 @@ def mechanism_positions(
 ) -> Vector:
     """Return the positions (n,) [rad | m] of the sensor's block, simulated under `command` (n,).
 
-    All blocks start at rest, each backlash in its middle. The root block of `here` starts at
-    `position`. Raises NoSolutionError if the simulation fails.
+    All blocks start at rest, each backlash in its middle. The root block of the mechanism
+    `here` starts at `position`. Raises NoSolutionError if the simulation fails.
     """
     assembled = here.assembled
     names = here.assembled.blocks

@@ -60,7 +60,7 @@ class MechanismView:
     axis: Axis
 
     def frame(self, block: str) -> CoordinateFrame:
-        """Return the map from a block's to the root's coordinate; the ground has the ratio 0."""
+        """Return the map from a block's coordinate to the root's; the ground has the ratio 0."""
         axis = self.axis
         if block == GROUND:
             return CoordinateFrame(0.0, 0.0, axis, axis)
@@ -119,7 +119,7 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepRepor
         if isinstance(one, Screw) and one.friction_form == "thesis"
     )
     neglects = (
-        f"the accelerating torque in friction_form: thesis of {threads}" if threads else "nothing"
+        f"the accelerating torque (friction_form: thesis) of {threads}" if threads else "nothing"
     )
     return reduced, StepReport("coordinates", did, neglects, figures=tuple(figures))
 

@@ -258,7 +258,7 @@ def _actuator(source: Source, name: str, axis: Axis) -> Actuator:
 
 
 def _encoder(chain: ReductionChain, axis: Axis) -> Encoder:
-    """Return the sensor as an encoder; without resolution, with a very small encoder step."""
+    """Return the sensor as an encoder; a sensor without resolution gets a very small step."""
     sensor: Sensor = chain.whole.sensors[chain.sensor]
     sign = next(
         (step.report.figures[0].value for step in chain.steps if step.report.step == "sensor"), 1.0

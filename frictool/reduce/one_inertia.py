@@ -79,7 +79,7 @@ class DirectionFriction:
 
     @property
     def flat(self) -> bool:
-        """Return True if both polynomials are constants."""
+        """Return True if `coulomb` and `extra` are constants."""
         return len(self.coulomb.coefficients) == 1 and len(self.extra.coefficients) == 1
 
 
@@ -297,7 +297,7 @@ def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, f
 
 
 def stiffened(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with all links between two blocks rigid; the backlash remains."""
+    """Return the mechanism in which all links between blocks are rigid; the backlash remains."""
     links = dict(mechanism.links)
     for name, link in links.items():
         if isinstance(link, Coupling | Gear):

@@ -36,7 +36,7 @@ class LinkLoss:
     from_near: bool
 
     def through(self, opposing: Vector) -> Vector:
-        """Return the effort (n,) at the near side that balances `opposing` (n,) at the far side.
+        """Return the effort (n,) on the source side that balances `opposing` (n,) on the far side.
 
         Both efforts are positive if they oppose the motion.
         """
@@ -62,7 +62,7 @@ class LinkLoss:
 
     @property
     def factor(self) -> float:
-        """Return the factor that reflects friction at the far side to the near side."""
+        """Return the factor that reflects friction from the far side (load) to the near side."""
         return 1.0 + self.drive if self.from_near else 1.0 / (1.0 - self.back)
 
 
@@ -120,7 +120,7 @@ def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResi
 
 
 def position_elements(mechanism: Mechanism, block: str) -> tuple[str, ...]:
-    """Return the names of the links that the resistance curves of the block replace."""
+    """Return the names of the links that are replaced by the resistance curves of the block."""
 
     def is_one(link: Link) -> bool:
         if isinstance(link, Spring):
@@ -190,7 +190,7 @@ def breakaway_ratio(directed: DirectedResistance) -> float:
 
 
 def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> FrictionOf:
-    """Return speed-dependent friction as law `stribeck`, or `svc` without a fall over speed."""
+    """Return speed-dependent friction as law `stribeck`, or as `svc` if it never falls."""
     axis: Axis = "rotary" if rotary else "linear"
     effort, viscous = si_unit("effort", axis), si_unit("viscous", axis)
     parameters = {

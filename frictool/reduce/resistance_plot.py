@@ -27,7 +27,7 @@ def picture(chain: ReductionChain, model: Model) -> str:
 
 
 def figure(chain: ReductionChain, model: Model) -> Figure:
-    """Return a figure of resistance and load; below the plot, the error of the polynomials."""
+    """Return a figure of resistance and load, with the error of the polynomials below."""
     one = chain.one
     unit = si_unit("position", model.axis)
     effort = si_unit("effort", model.axis)

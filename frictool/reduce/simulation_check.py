@@ -197,9 +197,9 @@ def _measured(
 
 
 def _distance(a: Vector, b: Vector, whole: Vector) -> float:
-    """Return the largest difference of a and b while a, b and `whole` are within the travel.
+    """Return the largest difference of the positions a and b.
 
-    The first sample at which one of the three is outside the travel is included.
+    The last sample is the first at which a, b or `whole` is outside the travel.
     """
     count = min(a.shape[0], b.shape[0], whole.shape[0])
     return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))

@@ -77,7 +77,7 @@ def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
 
 
 def draw_references(panel: PlotPanel, evidence: Sequence[StreamEvidence]) -> None:
-    """Draw the references of all nominal streams; if there are none, draw one other reference."""
+    """Draw the references of all nominal streams or, without these, of one variant."""
     with_reference = [item for item in evidence if item.has("reference")]
     for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
         reference = item.plotted("reference")

@@ -91,7 +91,7 @@ class StreamEvidence:
     def drawing_order(self) -> int:
         """Return the rank of a stream in the order of drawing; later streams cover earlier ones.
 
-        The rank is 0 for a variant, 1 for the nominal stream, and 2 or 3 for a worst stream.
+        The rank is 0 for a variant and 1 for the nominal stream, plus 2 if the stream is `worst`.
         """
         return 2 * self.worst + self.nominal
 

@@ -104,7 +104,7 @@ class Requirement:
 
     @property
     def remark(self) -> str:
-        """Return location of the worst value and reason as text; empty if both are missing."""
+        """Return the worst value's location and `reason` as text; empty if both are missing."""
         return "; ".join(part for part in (str(self.where or ""), self.reason) if part)
 
     def _quantity(self, value: float) -> str:

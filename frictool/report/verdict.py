@@ -130,7 +130,7 @@ def _doubt(
 
     There are three reasons:
 
-    - Positions leave the side on which the model is valid.
+    - Positions leave the side of the travel on which the model is valid.
     - The logs of the model show a lag that the bench lacks, and that the loop does not tolerate.
     - The axis rings after it stops. With a controller and a modulus margin in the specification,
       the result is "", since the requirement `modulus_margin` then states this reason.
@@ -148,7 +148,7 @@ def _doubt(
 
 
 def _left_side(spec: Spec, log: Log) -> str:
-    """Return why a simulated log leaves the side on which its model is valid, or ""."""
+    """Return why positions of a simulated log leave the valid side of its model, or ""."""
     record = log.metadata.get("log", {}).get(SIDE)
     if record is None:
         return ""

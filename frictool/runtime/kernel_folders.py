@@ -236,7 +236,7 @@ def prune_states(current: Path) -> list[Path]:
 
 
 def states(folder: Path) -> list[KernelFolder]:
-    """Return the folders of module states (versions of a module's sources), last used first."""
+    """Return the folders of module states (versions of a module's sources), latest used first."""
     cached = []
     with suppress(OSError):
         for entry in os.scandir(folder):

@@ -16,7 +16,7 @@ from typing import TypedDict, Unpack
 class Receivers(TypedDict, total=False):
     """Functions that receive notifications, one for each kind of notification.
 
-    A receiver has the same name and arguments as the function below that sends the notification.
+    A receiver has the name and arguments of the function of this module that notifies it.
     """
 
     compiling: Callable[[], None]

@@ -87,7 +87,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 def brief(value: Any) -> str:
-    """Return a value as short text; the size of long contents replaces the contents."""
+    """Return a value as short text; long contents are replaced by their size."""
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, str):

@@ -97,7 +97,7 @@ def left_out(outcome: MechanismOutcome) -> Iterator[tuple[int, float, float]]:
 
 
 def warnings_of(outcome: MechanismOutcome) -> Iterator[str]:
-    """Yield the warnings of the assembly, of suppressed oscillations, and of end stops hit."""
+    """Yield warnings about the assembly, suppressed oscillations, and end stops that were hit."""
     made = outcome.variant.assembled
     if not outcome.variant.name:
         yield from made.notes

@@ -116,7 +116,7 @@ class ChainPosition(NamedTuple):
 def chain_from(
     document: Mechanism, assembled: AssembledMechanism, root: int
 ) -> dict[int, ChainPosition]:
-    """Return the position in the chain of `root` and of every block linked to it, by block index.
+    """Return the chain positions of `root` and of all blocks linked to it, by block index.
 
     The blocks are in order of their distance (number of links) from `root`. A spring is not a link.
     """

@@ -74,7 +74,7 @@ def conditions_of(
 
 
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
-    """Return the conditions; faults of the drive's sensor are kept only in a current drive.
+    """Return the conditions, with faults of the drive's sensor for a current drive only.
 
     A current drive feeds its measured current back. Any other measured drive is only logged.
     """

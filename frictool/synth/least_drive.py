@@ -83,7 +83,7 @@ def check_least_drive(
 def least_drive(
     model: Model, spec: Spec, scenario: Scenario, plants: Sequence[Mapping[str, float]]
 ) -> LeastDrive:
-    """Return the larger bound of all plants; `check_least_drive` describes the parameters.
+    """Return the largest bound of all plants; `check_least_drive` describes the parameters.
 
     There is no bound (drive 0) if the friction may be less than the Coulomb friction. This is
     possible if the friction depends on the position, or if the model has presliding or a backlash.
@@ -157,7 +157,7 @@ def _targets(spec: Spec, scenario: Scenario) -> list[float]:
 
 
 def _load_share(model: Model, spec: Spec, targets: Sequence[float]) -> float | None:
-    """Return the least of the quotients distance/path of all steps; None if no motion is needed."""
+    """Return the least quotient distance/path (module docstring); None if no motion is needed."""
     count = model.bench.encoder.resolution
     steps = [abs(after - before) for before, after in pairwise(targets)]
     moves = any(getattr(spec, key) is not None for key in MOVING)

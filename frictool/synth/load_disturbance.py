@@ -120,7 +120,7 @@ def _spring_with_offset(stiffness: Estimate, model: Model) -> float:
 
 
 def largest(estimate: Estimate) -> float:
-    """Return the largest absolute value of the estimate's interval."""
+    """Return the largest absolute value in the interval of the estimate."""
     return max(map(abs, estimate.interval))
 
 

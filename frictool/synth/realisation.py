@@ -71,7 +71,7 @@ def stored_forms(k: Lti) -> LinearController:
 
 
 def running_in_sections(linear: LinearController, period: float) -> LinearController:
-    """Return the controller with sections as the running form, and their anti-windup gains.
+    """Return the controller that runs as sections, with anti-windup gains of the sections.
 
     period: sample period [s].
     """

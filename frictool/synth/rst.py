@@ -132,7 +132,7 @@ class _PlacementSearch:
         self.prefilter = problem.design.prefilter
 
     def best(self) -> PlacementTrial:
-        """Return the best trial of a coarse grid and of local searches around its best trials.
+        """Return the best trial of a coarse grid, improved by local searches.
 
         Raises NoSolutionError if no trial is stable at every vertex.
         """
@@ -164,7 +164,7 @@ class _PlacementSearch:
         )
 
     def improved(self, here: PlacementTrial, step: float) -> PlacementTrial:
-        """Return the local optimum that repeated moves to the best neighbouring rule reach.
+        """Return the local optimum, found by repeated moves to the best neighbouring rule.
 
         `step` is the relative distance between neighbouring rules.
         """

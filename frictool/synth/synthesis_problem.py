@@ -176,7 +176,7 @@ class SynthesisProblem:
     def check(self, k: Lti) -> None:
         """Raise NoSolutionError if a sampled loop is unstable or has too small a modulus margin.
 
-        The loops consist of the controller `k` (in continuous or discrete time) and each vertex.
+        Each loop consists of the controller `k` (continuous or discrete time) and one vertex plant.
         The specification states the required margin.
         """
         running = self.discretised(k)

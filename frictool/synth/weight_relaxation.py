@@ -276,7 +276,7 @@ class _Bracket:
         self.open = not near and self.low < 0.0 and self.high - self.low > 0.5 * TOLERANCE
 
     def next(self) -> float:
-        """Return the next x to evaluate.
+        """Return the next x = log W1 to evaluate.
 
         Interpolation of log(gamma^2 - floor^2)/2 predicts the required gamma at this x. If
         interpolation is impossible, x is the middle of the interval that contains the solution.

@@ -53,7 +53,7 @@ class OpenLoopResponses:
 
     @staticmethod
     def joined(parts: Sequence[OpenLoopResponses]) -> OpenLoopResponses:
-        """Return the responses of several plants in one record, one plant after another."""
+        """Return the responses of several plants, one plant after another."""
         return OpenLoopResponses(
             *(
                 np.concatenate([getattr(part, name) for part in parts])

@@ -42,8 +42,8 @@ def _speed_feedback(controller: Controller) -> SpeedFeedback | None:
 def prove_document(controller: Controller, certificate: Certificate) -> tuple[ProvedBound, ...]:
     """Prove every bound of the certificate for the stored coefficients of the controller.
 
-    Raises NoSolutionError if a bound is not proved, or if the certificate lacks the bound of the
-    norm or of the sensitivity without a reason.
+    Raises NoSolutionError if a bound is not proved, or if the certificate lacks a bound (norm or
+    sensitivity) and states no reason.
     """
     quantities = ("sensitivity",) if controller.judged_by is None else ("norm", "sensitivity")
     for quantity in quantities:

@@ -26,7 +26,7 @@ def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
 def check_box(controller: Controller) -> None:
     """Check that a document's parameter intervals contain its vertices and the bench's ranges.
 
-    Raises NoSolutionError if an interval does not, or if the document has no vertex.
+    Raises NoSolutionError if an interval is too narrow, or if the document has no vertex.
     """
     vertices = vertex_points(controller)
     holder = (

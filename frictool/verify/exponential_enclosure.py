@@ -52,7 +52,7 @@ class HoldPolynomials:
 
 
 def check_range(ratio: Fraction, low: Fraction, high: Fraction) -> None:
-    """Raise NoSolutionError if the period is too long for the drive's lag or the axis's J/sigma_v.
+    """Raise NoSolutionError if the period is too long for the lag or the time constant J/sigma_v.
 
     - ratio: sample period divided by the lag
     - low, high: interval of sigma, the sample period times the viscous rate sigma_v/J

@@ -60,7 +60,7 @@ def resonant_check(
 def require_margin(
     check: ResonantCheck, resonances: Resonances, required: float, name: str = ""
 ) -> None:
-    """Raise NoSolutionError if a loop with resonances is unstable or below the required margin."""
+    """Raise NoSolutionError if a loop with resonances is unstable or has too small a margin."""
     slowest = min(
         (one.rad_s for one in resonances.poles),
         default=min(resonances.real_poles_rad_s, default=0.0),

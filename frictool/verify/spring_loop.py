@@ -78,7 +78,7 @@ def spring_check(
 
 
 def require_spring_margin(check: SpringCheck | None, required: float, name: str = "") -> None:
-    """Raise NoSolutionError if a loop with a spring is unstable or below the required margin.
+    """Raise NoSolutionError if a loop with a spring is unstable or has too small a margin.
 
     name: name of the controller at the start of the message; "" for a message without a name.
     Without a spring, `check` is None and nothing is raised.

@@ -476,7 +476,7 @@ def test_bombs_are_refused_before_they_are_opened():
 def test_fewer_messages_than_the_statistics_count():
     lost = chunks(CHUNKED)[4]
     data = CHUNKED[: lost.offset] + CHUNKED[lost.offset + 9 + len(lost.body) :]
-    with pytest.raises(LogError, match=r"messages are present, but the statistics count 500"):
+    with pytest.raises(LogError, match=r"messages are present, but the file declares 500"):
         columns(opened(data)["/motor"])
 
 

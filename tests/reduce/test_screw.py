@@ -107,4 +107,4 @@ def test_a_thread_in_the_thesis_form_tells_that_it_is_taken_at_a_steady_speed() 
         chain(screw(0.05, form=form), None).steps[0].report.neglects for form in ("angle", "thesis")
     ]
     assert told[0] == "nothing"
-    assert "friction_form: thesis of thread" in told[1]
+    assert "(friction_form: thesis) of thread" in told[1]

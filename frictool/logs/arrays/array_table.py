@@ -116,7 +116,7 @@ class ArrayTable:
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column `wanted`, a name or a number from 1; else None.
+        """Return the name of the column `wanted` (name, or number from 1); None if missing.
 
         A column of a matrix is named `x(:,1)` as in MATLAB or `x[:, 0]` as in NumPy. Raises
         LogError if `wanted` is not a real vector, or if `wanted` may be in the damaged part of the
@@ -219,7 +219,7 @@ def check_rows(source: str, size: int, rows: int, columns: int) -> None:
 
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element `wanted` of `names`, a name or a number from 1; else None.
+    """Return the element `wanted` (name, or number from 1) of `names`; None if missing.
 
     The name of a matrix column may be in MATLAB's or in NumPy's notation.
     """

@@ -51,7 +51,7 @@ class MemoryTable:
         return 8 * sum(values.size for values in self.columns.values())
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column `wanted`, a name or a number from 1; else None."""
+        """Return the name of the column `wanted` (name, or number from 1); None if missing."""
         return find(self.names, wanted)
 
     def blocks(

@@ -60,7 +60,7 @@ class LibraryTable:
         self.size = Path(self.source).stat().st_size
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column `wanted`, a name or a number from 1; else None."""
+        """Return the name of the column `wanted` (name, or number from 1); None if missing."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
@@ -97,7 +97,7 @@ class GuardedTable:
     index: int
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column `wanted`, a name or a number from 1; else None.
+        """Return the name of the column `wanted` (name, or number from 1); None if missing.
 
         `TOPIC/NAME` denotes the column NAME if TOPIC is the topic of this table. Raises LogError if
         `wanted` is an item that is not a column of real numbers.

@@ -28,7 +28,7 @@ class QuadratureTable(DerivedTable):
         return pick(self._table.names, wanted, self.source) if name is None else name
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the encoder or column `wanted`, a name or a number from 1; else None."""
+        """Return the encoder or column `wanted` (name, or number from 1); None if missing."""
         if isinstance(wanted, str) and wanted in self._channels:
             return wanted
         return super().find(wanted)

@@ -20,8 +20,8 @@ COUNT, ANGLE, WHOLE = "count", "deg", "turn"
 class WrapLine:
     """Writer of the key `wrap` or `wrap_bits` for the section `encoder` of `bench.yaml`.
 
-    counted: True if the position was read in whole counts of the encoder. `wrap_bits` can remove a
-        wrap only in this case.
+    counted: True if the position was read in whole counts of the encoder. Only then is the
+        key `wrap_bits` possible.
     """
 
     def __init__(self, bench: Bench, counted: bool) -> None:
@@ -35,7 +35,7 @@ class WrapLine:
         self._factor = factor_to_si(self._unit, "position", bench.axis)
 
     def of(self, low: float, high: float) -> str:
-        """Return the line of bench.yaml for a period from `low` to `high` in rad or m."""
+        """Return the line of bench.yaml for a wrap period between `low` and `high` [rad or m]."""
         bits = next((one for one in BITS if low <= self._resolution * 2.0**one <= high), None)
         if self.counted and bits is not None:
             return f"wrap_bits: {bits}"
@@ -51,7 +51,7 @@ class WrapLine:
         return f"wrap: {{value: {value}, unit: {unit}}}"
 
     def is_round(self, low: float, high: float) -> bool:
-        """Return True if a number between two bounds [rad or m] is round in the log's unit."""
+        """Return True if a round number of the log's unit lies between two bounds [rad or m]."""
         return low < high and shortest(low / self._factor, high / self._factor)[0] <= ROUND
 
     def round(self, low: float, high: float) -> float:

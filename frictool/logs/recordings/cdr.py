@@ -92,9 +92,9 @@ class MessageLayout:
     """Offsets of the numbers in a message of `size` bytes.
 
     leaves: all fields of numbers in the message.
-    guards: offset and expected bytes of the byte order, of each length of a string or sequence, and
-        of the texts that label array elements. The layout is valid only for messages with the same
-        bytes at these offsets.
+    guards: offset and expected bytes of three kinds of items: byte order, lengths of strings and
+        sequences, and texts that label array elements. The layout is valid only for messages with
+        the same bytes at these offsets.
     """
 
     size: int

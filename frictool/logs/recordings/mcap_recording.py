@@ -103,7 +103,7 @@ class _McapPass:
         }
 
     def take(self, opcode: int, body: bytes) -> None:
-        """Store what a record declares.
+        """Store the schema, the channel or the counts that a record declares.
 
         A damaged record is skipped. Reading a message of its channel then reports the damage.
         """
@@ -156,7 +156,7 @@ class McapRecording:
         if count < declared and not unknown:
             yield (
                 MessageGap(
-                    f"{count} messages are present, but the statistics count {declared}",
+                    f"{count} messages are present, but the file declares {declared}",
                     declared - count,
                 ),
                 self.size,

@@ -170,7 +170,7 @@ class TopicTable:
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column `wanted`, a name or a number from 1; else None.
+        """Return the name of the column `wanted` (name, or number from 1); None if missing.
 
         An array element that has a label may also be requested by its index.
 
@@ -248,8 +248,9 @@ def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[Topic
     """Return a table for each topic; the table of a topic without numbers has no columns.
 
     clock: `log time`, or the path of a stamp in the messages. None selects the stamp of each topic,
-        or the log time of a topic without stamps. If some topics have no stamps, and the two clocks
-        differ by more than FARTHEST_APART, None selects the log time of all topics.
+        or the log time of a topic without stamps. If some topics have no stamps, and stamps
+        differ from the log time by more than FARTHEST_APART, None selects the log time of all
+        topics.
 
     Raises LogError if no topic has numbers, or if no topic has the requested clock.
     """

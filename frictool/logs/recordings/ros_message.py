@@ -53,7 +53,7 @@ class MessageType(NamedTuple):
 class MessageField(NamedTuple):
     """Field of a message.
 
-    kind: key of NUMBERS, one of TEXTS, or the type of a nested message.
+    kind: type of a number (key of NUMBERS), of a text (one of TEXTS), or of a nested message.
     repeat: "once" for a single value, "fixed" for an array of fixed length, "sequence" for an array
         of variable length.
     size: length of an array of fixed length, else 0.

@@ -43,7 +43,7 @@ class Messages:
 
 
 def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
-    """Join messages that were read one by one into one block."""
+    """Join messages, which were read one by one, into a block."""
     length = np.fromiter(map(len, payloads), np.int64, len(payloads))
     return Messages(
         np.array(log_time, np.int64),

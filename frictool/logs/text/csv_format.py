@@ -89,9 +89,9 @@ class CsvTable:
         self.units = dict(zip(text_layout.names, text_layout.units, strict=True))
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column `wanted`, a name or a number from 1; else None.
+        """Return the name of the column `wanted` (name, or number from 1); None if missing.
 
-        Raises LogError if there is no such column because the file is in long format.
+        Raises LogError if the column is missing because the file is in long format.
         """
         name = find(self.layout.names, wanted)
         if name is None and self.pivot_advice is not None:
@@ -120,7 +120,7 @@ class CsvTable:
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield blocks of rows (see RawTable.blocks).
 
-        If `losses` is a list, a cell that contains no number becomes NaN. A row with the wrong
+        If `losses` is a list, a cell that contains no number becomes NaN, and a row with the wrong
         number of cells or without a valid time stamp is left out.
         """
         chosen = [
@@ -197,8 +197,9 @@ class CsvTable:
     ) -> Iterator[tuple[int, DataLoss | None]]:
         """Yield (row, loss) for each row of a batch that is left out.
 
-        The loss is None for a last line of text that ends the samples. Numbers in another notation
-        are converted and stored in the batch. If `losses` is None, the first issue raises LogError.
+        The loss is None for a line of text that marks the end of the samples. Numbers in another
+        notation are converted and stored in the batch. If `losses` is None, the first issue raises
+        LogError.
         """
         for issue in batch.issues:
             cell = decoded(issue.text, self.layout.encoding).strip().strip('"').strip()

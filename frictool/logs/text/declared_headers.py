@@ -29,7 +29,7 @@ MOST_METADATA = 40  # maximum number of lines with metadata in the columns befor
 
 
 class HeaderError(ValueError):
-    """Error about an incomplete declared header, or about columns with different time bases."""
+    """Error: a declared header is incomplete, or columns have different time bases."""
 
 
 @dataclass(frozen=True)

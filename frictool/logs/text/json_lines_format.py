@@ -101,7 +101,7 @@ class JsonLinesTable:
             )
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of the column `wanted`, a name or a number from 1; else None."""
+        """Return the name of the column `wanted` (name, or number from 1); None if missing."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
@@ -178,7 +178,7 @@ class JsonLinesTable:
 
 
 def _lines(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Yield number and first LONGEST + 2 bytes of each nonblank line, without a byte-order mark."""
+    """Yield (line number, at most LONGEST + 2 bytes) of each nonblank line, without its mark."""
     number = 0
     while line := stream.readline(LONGEST + 2):
         number += 1

@@ -45,7 +45,7 @@ class RowBatch:
 
     first_row: index in the file of the first row.
     rows: number n of rows.
-    values: numbers (slots, n).
+    values: numbers (k, n) of the k numeric columns.
     stamps: times (n,) in ns; (0,) if no column has time stamps.
     issues: cells and rows that could not be converted.
     last_line: number of the line with the last row.

@@ -66,8 +66,8 @@ def trimmed(row: Sequence[str]) -> Sequence[str]:
 def first_row(rows: Rows, is_number: IsNumber) -> int | None:
     """Return the index of the first row of numbers; None if there is none.
 
-    This row has the most frequent number of cells. It has numbers in most of the numeric columns,
-    which are defined at the top of this file. A row such as `Probe Attenuation,10,10` has a text in
+    This row has the most frequent number of cells. It has numbers in most of the numeric columns
+    (columns with a number in most lines). A row such as `Probe Attenuation,10,10` has a text in
     the first column although this column is numeric. Such a row is metadata unless the next
     nonblank line is a row of numbers. If no row meets these conditions, the result is the first row
     with numbers and the most frequent number of cells.

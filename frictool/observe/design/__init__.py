@@ -1,1 +1,1 @@
-"""Design of observers from a model; each design is verified before it is written."""
+"""Design of observers from a model; each design is verified before its document is written."""

@@ -62,7 +62,7 @@ class ModeConstants:
 def subsystem(
     facts: ModeConstants, direction: int, friction: float, deviation: float
 ) -> ObserverMode:
-    """Return the matrices A (3, 3), C (1 or 2, 3), Q (3, 1) and C-bar (3, 3) of a mode.
+    """Return A (3, 3), C (1 or 2, 3), Q (3, 1) and C-bar (3, 3) of a mode (module docstring).
 
     - direction: direction s of the motion, 1 or -1; 0 for the stuck mode
     - friction, deviation: f_m(i) and Delta_f(i) in the position interval of the mode [N m | N]

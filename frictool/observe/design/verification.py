@@ -64,7 +64,7 @@ class ObserverVerification:
 
 
 def motion_samples(growth: float, decay: float) -> float | None:
-    """Return the number of samples in which e' P e decays by the factor `growth`.
+    """Return the number of samples in which the Lyapunov function decays by the factor `growth`.
 
     `decay` is the decay factor lambda. The result is None if lambda is 1.
     """
@@ -77,7 +77,7 @@ def verify(
     gains: Mapping[int, Matrix],
     solution: SwitchedGains,
 ) -> ObserverVerification:
-    """Verify the stored `gains` (n, m) of each mode with the matrices P of `solution`.
+    """Verify the stored `gains` (n, m) of each mode with the Lyapunov matrices of `solution`.
 
     Raises NoSolutionError if a condition fails.
     """
@@ -235,7 +235,7 @@ def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) 
 def _over_rest(
     mode: ObserverMode, gains: Matrix, switches: Sequence[Switch], solution: SwitchedGains
 ) -> float:
-    """Return the largest growth of e' P e from the start of a rest to the first sample after it.
+    """Return the largest growth of the Lyapunov function from a rest to the first sample after it.
 
     The estimate of the wear is constant during the rest. Raises NoSolutionError if the errors
     of position and speed do not decay in a rest.
@@ -266,7 +266,7 @@ def _over_rest(
 def _over_turn(
     loops: Mapping[int, Matrix], switches: Sequence[Switch], solution: SwitchedGains
 ) -> float:
-    """Return the largest growth of e' P e at a forbidden transition between moving modes."""
+    """Return the largest growth of the Lyapunov function at a forbidden change of moving modes."""
     posed = {
         i: np.linalg.solve(solution.t, loop @ solution.t)
         @ np.linalg.inv(np.linalg.cholesky(solution.p[i])).T

@@ -92,8 +92,9 @@ def _in_slip(
 ) -> tuple[float, float, float]:
     """Return value, low, high of the friction [N m | N] in slip at position x and velocity v.
 
-    `fall` (2,) is the unmodelled fall at this speed and its half width. `loose` is the fraction
-    that `_play` returns. Both friction factors are valid at the temperature of the sample.
+    `fall` (2,) is friction that falls with speed and is not in the model, and its half width.
+    `loose` is the fraction that `_play` returns. Both friction factors are valid at the temperature
+    of the sample.
     """
     direction = 1.0 if v > 0.0 else -1.0
     speed = abs(v)

@@ -116,7 +116,7 @@ class FilterBank:
     def weights(self) -> Vector:
         """Return the weights of the filters (k,), with sum 1.
 
-        A filter with an unmodelled fall has a small weight if its friction rises with speed.
+        A filter that assumes falling friction has a small weight if its estimate rises with speed.
         """
         falls = (self.means + self.deviations * self.states)[:, self._falls]
         likely = (
@@ -295,7 +295,7 @@ class FilterBank:
 
 
 def rising_penalty(falls: Vector, means: Vector, deviations: Vector) -> Vector:
-    """Return log weights (k,): small for falls with negative parts, since such friction rises.
+    """Return log weights (k,), small for falls with negative parts, which rise with speed.
 
     `falls`, and the prior `means` and `deviations` of the falls, are (k, m). The weight is 1 for a
     prior without an unmodelled fall.

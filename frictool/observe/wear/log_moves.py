@@ -144,7 +144,7 @@ class MoveCollector:
         return ended
 
     def _closed(self) -> list[Move]:
-        """Start the next move; return [current move], or [] if it has no rows."""
+        """End the current move and start the next; return [ended move], or [] if it has no rows."""
         count = int(self._move[weak_form_rows.ROWS])
         lower = self._gram
         gram = lower + np.tril(lower, -1).T
@@ -162,7 +162,7 @@ class MoveCollector:
 
 
 def _warmth(layout: WeakFormLayout, piece: MotionBlock) -> tuple[Vector, Matrix]:
-    """Return excess temperatures (n,) [K], and factors (2, n) of viscous and dry friction."""
+    """Return excess temperatures (n,) [K], and their factors (2, n) on viscous and dry friction."""
     law = layout.temperature
     if law is None or piece.temperature is None:
         return np.zeros(piece.time.size), np.ones((2, piece.time.size))

@@ -143,7 +143,7 @@ def dry_columns(layout: WeakFormLayout, side: str | None = None, zone: int | Non
 
 
 def level_columns(layout: WeakFormLayout, backward: float, forward: float) -> Vector:
-    """Return weights (p,): `backward` for level_backward, `forward` for level_forward, else 0."""
+    """Return weights (p,): `backward` at level_backward, `forward` at level_forward, else 0."""
     weights = {"level_backward": backward, "level_forward": forward}
     return np.array([weights.get(name, 0.0) for name in layout.names])
 

@@ -125,12 +125,12 @@ class WeakFormLayout:
 
     @property
     def acceleration_noise(self) -> float:
-        """Return the rms error of a row's acceleration from rounding [rad/s^2 | m/s^2]."""
+        """Return the rms error that rounding causes in a row's acceleration [rad/s^2 | m/s^2]."""
         return _acceleration_noise(self.count, self.second)
 
     @property
     def fall_names(self) -> tuple[str, ...]:
-        """Return the names of the regressors of the falls."""
+        """Return the names of the regressors of friction that falls with speed."""
         return tuple(f"fall_{k}" for k in range(self.falls.size))
 
     @property

@@ -100,7 +100,7 @@ def remember(
     viscous_factor: float,
     dry_factor: float,
 ) -> None:
-    """Write bends, falls and friction of a sample into the ring buffer.
+    """Write the regressors of a sample (bends, falls and friction) into the ring buffer.
 
     The values are written to the columns `index` and `index` + window, so that each window is
     contiguous. The factors of viscous and dry friction are valid at the temperature of the sample.

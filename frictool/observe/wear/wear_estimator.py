@@ -224,7 +224,7 @@ def _slope_deviation(model: Model) -> float:
 
 
 def apart(one: EstimateRange, other: EstimateRange) -> bool:
-    """Return True if the intervals do not overlap."""
+    """Return True if the intervals of two estimates do not overlap."""
     return one.low > other.high or other.low > one.high
 
 
@@ -232,8 +232,8 @@ def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
     """Return a copy of `alike`, with the kind of wear and the directional wear of `verdict`.
 
     - alike: estimate that assumes uniform wear
-    - verdict: classification of the wear; if its kind is not uniform wear, the result also has its
-      mean wear, added effort, zones and inertia
+    - verdict: classification of the wear; unless this is uniform wear, the result also takes the
+      mean wear, added effort, zones and inertia from it
     """
     if verdict.kind not in ALIKE:
         sided = replace(

@@ -56,7 +56,7 @@ def _move_best_first(units: Vector, values: Vector) -> None:
 def _child(
     units: Vector, index: int, factor: float, indices: IntVector, random: np.random.Generator
 ) -> Vector:
-    """Return a child of units[index]; `indices` is a permutation, which is shuffled again."""
+    """Return a child of the point units[index]; `indices` is a permutation, shuffled again here."""
     size = units.shape[1]
     mutated = random.integers(size)
     random.shuffle(indices)

@@ -33,7 +33,7 @@ def missed_words(candidate: Candidate) -> str:
 
 
 def value_words(metric: Any, value: float) -> str:
-    """Return value and limit of a requirement, with enough digits to distinguish them."""
+    """Return value and limit of a requirement as text, with enough digits to distinguish them."""
     reached, limit = distinguished(value, metric.limit, metric.unit)
     return f"{reached} (specified {metric.relation} {limit})"
 

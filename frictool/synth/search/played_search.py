@@ -277,7 +277,7 @@ class CandidateSearch:
             spread *= 2.0  # all candidates were equal
 
     def _objective(self, unit: Vector, parent: float = np.inf) -> float:
-        """Return the shortfall at a point of the unit cube; raise _FoundError for a solution.
+        """Return the shortfall of the reserve at a point of the cube; raise _FoundError if solved.
 
         parent: value above which the shortfall need not be exact.
         """

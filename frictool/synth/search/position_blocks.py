@@ -107,6 +107,6 @@ def _filter(scales: DesignScales, product: float) -> float:
 
 
 def velocity(scales: DesignScales, values: Mapping[str, float]) -> VelocityDesign:
-    """Return the low-pass of the speed from encoder differences, for the parameters `values`."""
+    """Return the low-pass of the encoder's speed for the dimensionless parameters `values`."""
     bandwidth = _filter(scales, values["velocity_product"])
     return VelocityDesign(order=1, filter_rad_s=rounded(bandwidth))
