@@ -197,7 +197,7 @@ def test_a_fall_without_a_stribeck_velocity_is_stated() -> None:
     assumed = [text for text in log.warnings if "without stribeck_velocity" in text]
     assert len(assumed) == 1
     speed = 0.1089 / np.sqrt(0.1089 / Z_MAX * 1.32e-5)
-    assert f"within {speed:.3g} rad/s" in assumed[0]
+    assert f"a Stribeck velocity of {speed:.3g} rad/s" in assumed[0]
 
 
 @pytest.mark.parametrize(
