@@ -2,8 +2,8 @@
 
 The inputs of thesis 3.7 are defined for a mass m of 1 kg, a Coulomb friction F_c of 1 N and a time
 constant m/sigma_v of 2.5 s, where sigma_v is the coefficient of viscous friction. For another
-actuator, these units replace the newton, the second and the metre of the thesis (F_s is the
-breakaway):
+actuator, the units force, time and length replace the newton, the second and the metre of the
+thesis; fall is the drop of the friction from the breakaway F_s, relative to the thesis:
 
     force = F_c
     time = (m/sigma_v)/2.5, or 1 s without viscous friction

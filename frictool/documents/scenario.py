@@ -95,7 +95,7 @@ class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
       sample. By default the whole log is replayed.
     - `shift`: Number that is added to the channel, for a log whose zero position differs from the
       model's zero position.
-    - `hold_s`: Duration for which the reference stays at the last value.
+    - `hold_s`: Duration after the section for which the reference stays at its last value.
     """
 
     log: Annotated[str, msgspec.Meta(min_length=1)]
