@@ -34,8 +34,8 @@ from frictool.observe.wear_estimate import WearEstimate
 LEAST_RANGE = 5.0
 BEYOND = 2.0  # K outside the temperatures of the model's logs, above which a warning is issued
 UNKNOWN_LAW = (
-    "the model has no friction over temperature: a change of friction with the log's temperature "
-    "is part of the wear; identify the model from logs with a temperature"
+    "the model's friction does not depend on temperature: a change of friction with the log's "
+    "temperature is part of the wear; identify the model from logs with a temperature"
 )
 OFTEN = 100  # samples per gap; if gaps are more frequent, every move contains a gap
 

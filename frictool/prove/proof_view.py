@@ -101,7 +101,10 @@ def confirmation(again: Proof, differing: tuple[str, ...]) -> list[str]:
             *lines(again),
             "proved again from the documents in the file: all results are confirmed",
         ]
-    return [*lines(again), f"not confirmed: the file differs in {', '.join(differing)}"]
+    return [
+        *lines(again),
+        f"not confirmed: file and repeated proof differ in {', '.join(differing)}",
+    ]
 
 
 def _requirement(one: ProvedRequirement, unit: str) -> str:

@@ -108,7 +108,7 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepRepor
     ]
     did = (
         f"every block in the coordinate of {names[here.root]}: "
-        "masses by ratio^2, efforts by ratio, distances by 1/ratio"
+        "masses times ratio^2, efforts times ratio, distances divided by ratio"
     )
     # stated explicitly, because a later step may remove the effort of a source
     control = mechanism.control or Control(source, controlled_names(mechanism)[1])

@@ -177,8 +177,8 @@ def ports_of(
 ) -> ControlPorts:
     """Return the source, the sensor's block and the load of a controlled mechanism.
 
-    The result also contains the encoder step, the initial positions of both blocks, and the speed
-    of the load divided by the speed of the sensor's block.
+    The result also contains the encoder step, the initial positions of sensor's block and load, and
+    the speed of the load divided by the speed of the sensor's block.
 
     - resolution: encoder step [rad | m]
     - start (n,): initial positions of the blocks

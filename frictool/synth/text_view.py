@@ -240,8 +240,8 @@ def _margins(controller: Controller) -> list[str]:
         ]
         if missing:
             lines.append(
-                f"  not verified with coefficients rounded to {', '.join(missing)}, which "
-                "export therefore refuses"
+                f"  not verified with coefficients rounded to {', '.join(missing)}: export "
+                "refuses them"
             )
     return lines
 

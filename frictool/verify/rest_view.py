@@ -24,7 +24,7 @@ WORDS = {
         "velocity",
         "speed of arrival {value}; the axis stops in the band if this is at most {limit}",
     ),
-    "stable_loop": (None, "largest sensitivity of the linear loop proved below {value}"),
+    "stable_loop": (None, "largest sensitivity of the linear loop: below {value} (proved)"),
 }
 BEYOND = "the axis may cross the band before it rests"
 

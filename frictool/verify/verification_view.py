@@ -185,8 +185,8 @@ def _model(verification: Verification) -> list[str]:
         f"model: not covered by the controller's verification: {phrase}"
         for phrase in checked.beyond
     ] or [
-        "model: within the controller's intervals, with its timing, drive limit, winding and "
-        "encoder"
+        "model: within the controller's intervals, with the same timing, drive limit, winding "
+        "and encoder"
     ]
     output.append(
         f"model: smallest modulus margin of {checked.plants} corners {checked.margin:.4f}, "

@@ -91,7 +91,7 @@ def _check(client: Any, address: str) -> None:
         )
     if any(threads > 1 for threads in client.nthreads().values()):
         notifications.remark(
-            "workers have several threads, but each uses one; start workers with --nthreads 1 "
+            "workers have several threads, but use only one each; start workers with --nthreads 1 "
             "--nworkers N"
         )
 

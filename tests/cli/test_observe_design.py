@@ -42,7 +42,7 @@ def test_text_tells_modes_gamma_and_what_the_certificate_does_not_hold(model: Pa
         in result.stdout
     )
     assert f"largest gain in simulation {stored.switched.simulated_gain:.4g}" in result.stdout
-    assert "9 modes, 31 switches, stuck below 10 rad/s" in result.stdout
+    assert "9 modes, 31 transitions, stuck below 10 rad/s" in result.stdout
     assert (
         sum(line.split("  ")[0] in map(str, range(-4, 5)) for line in result.stdout.splitlines())
         == 9

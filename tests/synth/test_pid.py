@@ -269,7 +269,7 @@ def test_a_format_that_breaks_the_margin_is_told_or_refused() -> None:
         scope=ProofScope(vertices_only=True),
     )
     assert [one.number for one in missing.controller.verified.rounded] == ["double", "float", "q31"]
-    assert "not verified with coefficients rounded to q15, which export therefore refuses" in text(
+    assert "not verified with coefficients rounded to q15: export refuses them" in text(
         missing, disturbance(model())
     )
     margins = {

@@ -21,7 +21,8 @@ def text(observer: Observer, model: Model) -> str:
     lines = [
         f"{observer.name}: {switched.wear} switched observer, "
         f"{observer.sample_period_s * 1e3:g} ms, {len(switched.modes)} modes, "
-        f"{len(switched.transitions)} switches, stuck below {switched.switch_speed.value:g} {unit}",
+        f"{len(switched.transitions)} transitions, "
+        f"stuck below {switched.switch_speed.value:g} {unit}",
         f"gamma {switched.gamma:.4g}{_without(switched)}, "
         f"largest gain in simulation {switched.simulated_gain:.4g}; "
         f"each sample multiplies the error by at most {switched.decay:.5g}",

@@ -195,7 +195,7 @@ class WearEstimator:
         """Return a parameter times `scale`, with its interval.
 
         `floor` (relative to the value) and `extra` [SI] are standard deviations of independent
-        errors.
+        errors that widen the interval.
         """
         value, _ = self.bank.value(name)
         low, high = self.bank.interval(name, self.confidence)
@@ -208,8 +208,8 @@ def _fall_warning(model: Model, fall: float) -> str:
     """Return the warning about friction that falls with speed and is not in the model."""
     unit = si_unit("effort", model.axis)
     return (
-        f"friction falls by {fall:.3g} {unit} with rising speed, in addition to the model: its "
-        "coulomb may be wrong; identify with speed tests (--method stribeck-curve), or use "
+        f"friction falls by {fall:.3g} {unit} more than in the model with rising speed: the "
+        "model's coulomb may be wrong; identify with speed tests (--method stribeck-curve), or use "
         "--commissioning"
     )
 
