@@ -61,7 +61,7 @@ def gain(value: ArrayLike, period: float) -> Lti:
 
 
 def block_diagonal(*blocks: Matrix) -> Matrix:
-    """Return the block-diagonal matrix of `blocks`, which may have no row or no column."""
+    """Return the block-diagonal matrix of `blocks`; a block may have no row or no column."""
     # scipy.linalg.block_diag takes ten times as long for small blocks
     out = np.zeros((sum(len(one) for one in blocks), sum(one.shape[1] for one in blocks)))
     row = 0

@@ -122,7 +122,7 @@ def batches(
     source: name of the file for messages.
     feed: text whose first byte is in line `first_line` of the file.
     dialect: byte between cells, byte before decimals, and order of a date's parts (iso8601.py).
-    slots: destination of each column (see `read_rows`).
+    slots: index of each column in the numbers, or STAMP or SKIP (see `read_rows`).
     width: number of columns that are read as numbers.
     until: index of the last row to read; None for all rows.
 
