@@ -124,7 +124,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Return a parameter's interval `one`, fitted with `inertia.value`, for all of `inertia`."""
+    """Return the interval `one`, fitted with `inertia.value`, widened by the range of `inertia`."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

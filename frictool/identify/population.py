@@ -1,8 +1,8 @@
 """Tests whether many estimates of one parameter have the same true value.
 
 The observed scatter is compared with the scatter that the intervals predict. The standard deviation
-s of an estimate x is the half width of its interval divided by the normal quantile. With weights w
-= 1/s^2, Q = sum w (x - mean)^2 has a chi-squared distribution with n - 1 degrees of freedom if all
+s of an estimate x is the half width of its interval divided by the normal quantile. With weights
+1/s^2, Q = sum (x - mean)^2/s^2 has a chi-squared distribution with n - 1 degrees of freedom if all
 estimates have one true value (Cochran 1954). The excess of Q over n - 1 gives the variance that the
 intervals do not explain (DerSimonian and Laird, 1986).
 

@@ -49,8 +49,8 @@ def sensor_lag_doubts(
     if inertia.low <= inertia.value - lag * rate <= inertia.high:
         return []
     text = (
-        f"inertia is too large by the lag of the sensor times {rate:.3g} "
-        f"{si_unit('viscous', bench.axis)}; the log does not exclude {1e3 * lag:.0f} ms; set "
-        "encoder.time_constant_s (or 0), or record faster reversals"
+        f"a sensor lag raises inertia by the lag times {rate:.3g} "
+        f"{si_unit('viscous', bench.axis)}; the log does not exclude {1e3 * lag:.0f} ms; state "
+        "encoder.time_constant_s (0 if none), or record faster reversals"
     )
     return [("inertia", text)]

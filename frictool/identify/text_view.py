@@ -241,7 +241,7 @@ def explanation_line(one: Explanation, unit: str) -> str:
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
     """Return a line on the Stribeck velocities for which the breakaway's interval is valid.
 
-    Unless a fit gives the Stribeck velocity, the line also says how to narrow the interval.
+    If no fit gives the Stribeck velocity, the line also says how to narrow the interval.
     """
     if fall.known:
         return (

@@ -406,7 +406,7 @@ def _of_timing(
 def _of_reading(
     bench: Bench, period: float, plain: EffectRegression, slopes: Mapping[str, float]
 ) -> AcceptedEffects | None:
-    """Return the uncertainty of the parameters because the time of reading a current is unknown.
+    """Return the uncertainty of the parameters due to the unknown time at which a current is read.
 
     `period` is in s; `slopes` are as in `EffectRegression.timing`. The result is None for a drive
     without a lag, for a voltage, which is logged before the lag, and if the model contains a delay.

@@ -138,8 +138,8 @@ def _of_current(
     """Return the possible increase of the inertia, and the increase by a measured winding.
 
     The increase is not measured if no log contains the current, if the logs do not determine the
-    winding, if K/R contradicts `actuator.constant`, or if the whole interval of the increase is
-    above `possible`.
+    winding, if its effort per volt contradicts `actuator.constant`, or if the whole interval of the
+    increase is above `possible`.
     """
     found = winding_of_records(records, confidence)
     if not found:
@@ -255,8 +255,8 @@ def lag_doubts(
         return []
     shown = f"{1e-3 * abs(rates[name]):.2g} {si_unit(DIMENSIONS[name], bench.axis)}"
     doubt = (
-        f"{name} changes by about {shown} per ms of the winding's time constant L/R, which this "
-        "log lacks; state L/R in actuator.loop_time_constant_s, or log the current "
+        f"{name} changes by about {shown} per ms of the winding's time constant L/R, which is "
+        "unknown; state L/R in actuator.loop_time_constant_s, or log the current "
         "(columns.current)"
     )
     return [(name, doubt)]

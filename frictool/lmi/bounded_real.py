@@ -123,10 +123,10 @@ def _columns(p: Matrix, e: Matrix, disc: bool) -> Matrix:
 
 
 def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Matrix:
-    """Return the coefficients of left v right' for the entries of the symmetric matrix v.
+    """Return the coefficients of the product left v right' in the entries of the symmetric v.
 
-    Each row belongs to an entry of left v right' (upper triangle `rows`), each column to an entry
-    of v (upper triangle `pairs`).
+    Each row belongs to an entry of the product (upper triangle `rows`), each column to an entry of
+    v (upper triangle `pairs`).
     """
     up, down, i, j = left[rows[0]], right[rows[1]], *pairs
     both = up[:, i] * down[:, j]

@@ -127,7 +127,7 @@ def switched_gains(
 def _candidates(
     modes: Mapping[int, ObserverMode], switches: Switches, decay: float, t: Matrix
 ) -> list[SwitchedGains]:
-    """Return candidates for the gains, the best first; the last has an infinite gamma.
+    """Return candidates for the gains, the best first; the last is empty, with an infinite gamma.
 
     Each balancing pass gives gains for GAMMA_RATIO times the smallest gamma, which are preferred,
     and gains for the smallest gamma. t: scaling of the states in the first pass.
@@ -180,7 +180,7 @@ def proved_gamma(
 
 
 def refuse_undetectable(index: int, mode: ObserverMode) -> None:
-    """Raise NoSolutionError if a pole of the mode with |z| >= 1 is not observable (Hautus test)."""
+    """Raise NoSolutionError if a pole z of the mode, |z| >= 1, is not observable (Hautus test)."""
     identity = np.eye(len(mode.a))
     for pole in np.linalg.eigvals(mode.a).astype(np.complex128):
         if abs(pole) < 1.0 - UNSEEN:

@@ -91,7 +91,7 @@ def test_a_model_with_two_directions_is_taken_where_it_predicts_better(folder: P
 
 def test_the_text_says_what_was_tried_each_score_and_why_the_winner_won(folder: Path) -> None:
     why = identified(folder, "monday")[0]["chosen_because"]
-    assert "predicted on strokes left out of the fit (position error rms, force error)" in why
+    assert "compared on strokes left out of the fit (position error rms, force error)" in why
     for candidate in (
         "least-squares",
         "least-squares with viscous friction by direction",

@@ -99,7 +99,7 @@ def _fitted(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> tuple[SlidingFit, list[Interval]]:
-    """Return the fit of friction proportional to `law`, and the interval of each friction level.
+    """Return the fit of a friction proportional to the breakaway `law`, and each level's interval.
 
     A level is the mean friction in slip of one direction; the forward direction is first. If both
     directions have the same polynomial, there is one level.

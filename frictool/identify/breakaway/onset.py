@@ -155,9 +155,9 @@ def write_travel_tables(
 def looked_up(t: float, duration: float, tables: Tables, share: float) -> float:
     """Return the travel [rad | m] at t [s] after the onset; 0 for t <= 0.
 
-    `tables` (2, STEPS, 6): written by `write_travel_tables` for two values of `excess`.
-    The travel is (1 + `share`) times the travel from the second table, minus `share` times the
-    travel from the first table.
+    `tables` (2, STEPS, 6): written by `write_travel_tables` for two values of `excess`. The travel
+    is extrapolated linearly: (1 + `share`) times the travel from the second table, minus `share`
+    times the travel from the first table.
     """
     if t <= 0.0:
         return 0.0

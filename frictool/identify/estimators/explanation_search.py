@@ -109,7 +109,7 @@ def _trials(
 
 
 def _stable(one: Hypothesis, rows: ReducedRows, others: Sequence[Hypothesis]) -> bool:
-    """Return False if `one` is a spring of negative stiffness in a fit with `others`."""
+    """Return False if the hypothesis `one` is a spring with a negative fitted stiffness."""
     return one.term != SPRING or rows.fitted_to(one, others)[0] > 0.0
 
 
@@ -373,10 +373,10 @@ def _spans_a_turn(trial: Trial) -> bool:
 
 
 def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Trial]:
-    """Return the other trials that predict the strokes nearly as well as `best`.
+    """Return the other trials that predict the strokes nearly as well as the trial `best`.
 
-    The sum of the squared prediction errors of such a trial is at most EQUAL times the sum of
-    `best`, and not significantly larger.
+    The sum of the squared prediction errors of such a trial is at most EQUAL times that of `best`,
+    and not significantly larger.
     """
     return [
         one

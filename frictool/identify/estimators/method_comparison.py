@@ -256,9 +256,9 @@ def _why(
     data: ComparedData, winner: PredictionScore, scores: Sequence[PredictionScore], unseen: bool
 ) -> str:
     how = (
-        "predicted on strokes left out of the fit"
+        "strokes left out of the fit"
         if unseen
-        else "simulated on the fitted logs, which are too short to be divided"
+        else "the strokes of the fit, because the logs are too short to be divided"
     )
     unit = si_unit("position", data.bench.axis)
     tried = "; ".join(score.shown(unit) for score in scores)
@@ -269,7 +269,7 @@ def _why(
         f"{smallest.name})"
     )
     barred = lost if best.force > MOST_FORCE * smallest.force else ""
-    tried = f"tried, {how} (position error rms, force error): {tried}"
+    tried = f"compared on {how} (position error rms, force error): {tried}"
     if winner is scores[0]:
         return f"{data.fits[0].why}; {tried}; no other allowed method is better by 10 %{barred}"
     return f"{tried}; {winner.name} is the first method within 10 % of the best allowed one{barred}"

@@ -187,7 +187,7 @@ class _Piece:
         return _lagged(new + before * (old - new), decay)
 
     def speed_response(self, lag: float, slope: tuple[float, float]) -> Vector:
-        """Return the speed (n,) after a lag [s]; `slope`: weights such as CENTRAL."""
+        """Return the speed (n,) after a lag [s]; `slope`: weights of its slope, such as CENTRAL."""
         return _lagged(_weighted_speed(self.speed, self.log.period, lag, slope), _decay(self, lag))
 
     def initial_response(self, lag: float) -> Vector:
@@ -295,7 +295,7 @@ class _CurrentModel:
         return nonlinear(z)
 
     def derivatives(self, value: Vector, nonlinear: _NonlinearParameters) -> Matrix:
-        """Return the (m, 6) derivatives of the current by R, K, L, delay, offset, drop."""
+        """Return the derivatives (m, 6) of the current by R, K, L, delay, offset and drop."""
         lag, delay, drop = nonlinear
         resistance = 1.0 / value[0]
         constant = -value[1] * resistance
@@ -367,7 +367,7 @@ def _has_drop(model: _CurrentModel, nonlinear: _NonlinearParameters, confidence:
 def _intervals(
     model: _CurrentModel, nonlinear: _NonlinearParameters, confidence: float
 ) -> dict[str, Interval]:
-    """Return the intervals of the parameters that the logs determine at `nonlinear`."""
+    """Return the intervals of the determined parameters, linearised at the estimate `nonlinear`."""
     lag, delay, drop = nonlinear
     value, left = model.linear(nonlinear)
     size = value[0] * float(np.std(model.voltages(nonlinear)))

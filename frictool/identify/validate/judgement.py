@@ -166,7 +166,7 @@ def judged_force(
 def judged_positions(
     record: MotionRecord, goal: Vector, measured: Vector, simulated: Vector
 ) -> Judgement:
-    """Return whether a model reproduces the positions of a servo along its goal.
+    """Return whether a model reproduces the positions of a servo that follows its goal.
 
     Parameters
     ----------
@@ -262,7 +262,7 @@ def _stray(
 
 
 def _load_range(load: Load | None, low: float, high: float) -> float:
-    """Return the change [N m | N] of a load without ripples between two positions [rad | m]."""
+    """Return the change [N m | N] of a load, without its ripples, between positions [rad | m]."""
     if load is None:
         return 0.0
     smooth = msgspec.structs.replace(load, ripple=None, harmonics=())

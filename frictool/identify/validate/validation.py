@@ -390,9 +390,9 @@ def _servo_position(model: Model, piece: RecordSegment) -> Vector:
 
 
 def _free_axis(model: Model, piece: RecordSegment) -> tuple[Vector, Vector]:
-    """Return the parameters of the axis without end stops, and the state at the start of the piece.
+    """Return the parameters of the axis without end stops, and the state at the start of `piece`.
 
-    Friction over temperature is computed for the mean measured temperature of the piece. Raises
+    Friction over temperature is computed for the mean measured temperature of this segment. Raises
     NoSolutionError if the model's presliding law does not support the axis.
     """
     axis = axis_of(model)

@@ -112,7 +112,7 @@ class ArrayTable:
         }
 
     def line(self, row: int) -> int | None:
-        """Return None, because the file has no lines."""
+        """Return None, because the rows have no line numbers."""
         return None
 
     def find(self, wanted: str | int) -> str | None:
@@ -213,7 +213,7 @@ class ArrayTable:
 
 
 def check_rows(source: str, size: int, rows: int, columns: int) -> None:
-    """Raise LogError if a file of `size` bytes declares more rows than `refusal` allows."""
+    """Raise LogError if a file of `size` bytes declares too many rows (`refusal`)."""
     if reason := refusal(size, rows, columns):
         raise LogError(source, reason)
 

@@ -64,7 +64,7 @@ class LibraryTable:
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:
-        """Return None, because the file has no lines."""
+        """Return None, because the rows have no line numbers."""
         return None
 
     def blocks(
@@ -142,7 +142,7 @@ class GuardedTable:
             losses.append(DataLoss((), f"{error} (after {read} samples)"))
 
     def line(self, row: int) -> int | None:
-        """Return None, because the file has no lines."""
+        """Return None, because the rows have no line numbers."""
         return None
 
 

@@ -307,7 +307,7 @@ class ChannelMapper:
         )
 
     def _order_remedy(self, time: Nanoseconds, equal: bool) -> str:
-        """Return advice on times (n,) that do not increase; `equal` if a time is repeated."""
+        """Return advice on times (n,) that do not increase; `equal`: True if a time is repeated."""
         coarse = coarse_period(time / NS)
         if coarse is not None and self._time is None:
             period, error = coarse

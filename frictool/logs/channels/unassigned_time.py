@@ -69,7 +69,7 @@ def _scales(table: RawTable, name: str) -> dict[str, float]:
 
 
 def _row_period(table: RawTable, name: str) -> RowPeriod | None:
-    """Return the period of a column in its first block; None if the column does not increase."""
+    """Return the increase per row of a column in the first block; None if there is no increase."""
     with suppress(LogError):
         if table.find(name) is None:
             return None

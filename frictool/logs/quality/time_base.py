@@ -113,7 +113,7 @@ def encoder_step(position: Vector) -> float | None:
 
 
 def _step(distances: Vector, parts: int) -> float | None:
-    """Return the step near the smallest distance divided by `parts`, or None if it does not fit.
+    """Return the step near the smallest distance divided by `parts`; None if no such step fits.
 
     The positions may be rounded, as in a text file. The step is therefore determined from the
     shortest of the sorted distances first, and is then refined with longer and longer distances.
