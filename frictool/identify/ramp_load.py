@@ -35,7 +35,7 @@ LONGEST_NAMES = 40  # most characters that a message uses for the names of loads
 
 
 def ramp_load(logs: AxisLogs, sliding: Outcome) -> OnsetLoad:
-    """Return the unknown part of the load in the ramps; the records state the known part."""
+    """Return the unknown part of the load in the ramps; `load` of each record is the known part."""
     bench = logs.bench
     load = None if sliding.laws is None else sliding.laws.load
     known = terms_of(sliding.laws)
