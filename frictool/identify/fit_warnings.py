@@ -36,6 +36,10 @@ SPREAD = 30.0
 # a gear ratio missing in position and effort scales each parameter by this power of the ratio
 GEARED = {"inertia": 2.0, "viscous": 2.0, "coulomb": 1.0}
 MOST_OF_TRAVEL = 0.5  # least share of the travel for ramps that represent the whole travel
+# largest distance of an end of the travel from the logs' positions, relative to their range, without
+# a warning: a cubic error of the load is there T_3(1.2) = 3.3 times the largest error inside; tests
+# of `excite` keep 5 % of the travel from its ends
+MOST_BEYOND = 0.1
 GRID_POINTS = 101  # positions at which the slope of the load is evaluated
 LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
 
@@ -189,6 +193,31 @@ def unstable_load_warnings(
         f"the load falls by {-mean:.3g} {unit} at all positions of the logs, as at the top of an "
         "inverted pendulum; if it is not one, record longer strokes, or declare load.terms: "
         "[offset]"
+    ]
+
+
+def extrapolated_spring_warnings(
+    fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench
+) -> list[str]:
+    """Return a warning if a spring is extrapolated over much of the bench's travel.
+
+    Gravity is a law of the angle, and a ripple is periodic. A spring, however, may become stiffer
+    beyond the positions of the logs.
+    """
+    load = None if fit.laws is None else fit.laws.load
+    travel = bench.mechanics.travel
+    positions = [one.position for one in records if one.velocity is None]
+    if load is None or load.stiffness is None or travel is None or not positions:
+        return []
+    low = min(float(one.min()) for one in positions)
+    high = max(float(one.max()) for one in positions)
+    if max(low - travel.low, travel.high - high) <= MOST_BEYOND * (high - low):
+        return []
+    unit = si_unit("position", bench.axis)
+    return [
+        f"spring: the logs show positions from {low:.3g} to {high:.3g} {unit} only; over the rest "
+        f"of the travel, {travel.low:.3g} to {travel.high:.3g} {unit}, the load is extrapolated; "
+        "record strokes there"
     ]
 
 

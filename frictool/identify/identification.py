@@ -38,6 +38,7 @@ from frictool.identify.fit_warnings import (
     asymmetry_warnings,
     contradiction_warnings,
     doubt_warnings,
+    extrapolated_spring_warnings,
     load_warnings,
     local_ramp_warnings,
     mixed_onset_warnings,
@@ -375,6 +376,7 @@ def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list
         *replacement_warnings(free, fit, outcome.identified),
         *([] if logs.drive_off else doubt_warnings(fit, logs.method)),
         *unstable_load_warnings(fit, logs.sliding, logs.bench),
+        *extrapolated_spring_warnings(fit, logs.sliding, logs.bench),
         *pooling_warnings(logs.sliding, logs.bench, logs.settings, free),
     ]
     if logs.method != methods.DEFAULT and not logs.drive_off:

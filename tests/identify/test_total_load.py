@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from frictool.documents.quantity import Span
+from frictool.identify.fit_warnings import extrapolated_spring_warnings
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.total_load import total_load
 from frictool.synth.load_disturbance import amplitude
@@ -40,9 +41,15 @@ def test_the_total_load_contains_the_truth_and_is_narrower_than_its_terms(seed: 
     assert max(-total.least.interval[0], total.largest.interval[1]) < apart
 
 
-def test_loads_without_a_common_period_need_a_travel() -> None:
+def test_a_spring_needs_a_travel_and_is_extrapolated_beyond_the_motion_with_a_warning() -> None:
     axis = loaded_axis(1, "spring")
     fit = run("least-squares", [axis.record], axis.bench, IdentificationSettings(CONFIDENCE))
     assert axis.bench.mechanics.travel is None
     found = total_load(fit, fit.parameters["offset"], [axis.record], axis.bench, CONFIDENCE)
     assert found is None
+    low, high = float(axis.record.position.min()), float(axis.record.position.max())
+    for beyond, warned in ((0.09, False), (0.11, True)):
+        travel = Span(low - beyond * (high - low), high, "rad")
+        mechanics = msgspec.structs.replace(axis.bench.mechanics, travel=travel)
+        bench = msgspec.structs.replace(axis.bench, mechanics=mechanics)
+        assert bool(extrapolated_spring_warnings(fit, [axis.record], bench)) is warned
