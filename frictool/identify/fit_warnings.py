@@ -36,9 +36,9 @@ SPREAD = 30.0
 # a gear ratio missing in position and effort scales each parameter by this power of the ratio
 GEARED = {"inertia": 2.0, "viscous": 2.0, "coulomb": 1.0}
 MOST_OF_TRAVEL = 0.5  # least share of the travel for ramps that represent the whole travel
-# largest distance of an end of the travel from the logs' positions, relative to their range, without
-# a warning: a cubic error of the load is there T_3(1.2) = 3.3 times the largest error inside; tests
-# of `excite` keep 5 % of the travel from its ends
+# largest distance of an end of the travel from the logs' positions without a warning, relative to
+# their range: there, a cubic error of the load is T_3(1.2) = 3.3 times the largest error inside;
+# tests of `excite` keep 5 % of the travel from its ends
 MOST_BEYOND = 0.1
 GRID_POINTS = 101  # positions at which the slope of the load is evaluated
 LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
