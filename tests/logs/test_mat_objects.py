@@ -12,8 +12,13 @@ from frictool.errors import LogError
 from frictool.logs.arrays import mat_objects
 from frictool.logs.formats import tables_of
 
-matio = pytest.importorskip("matio")
-pandas = pytest.importorskip("pandas")
+
+@pytest.fixture(scope="module", autouse=True)
+def _writers() -> None:
+    """Import the writers where they are needed: that takes half a second."""
+    global matio, pandas
+    matio, pandas = pytest.importorskip("matio"), pytest.importorskip("pandas")
+
 
 ROWS = 50
 POSITION = np.sin(np.arange(ROWS) / 5.0)

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 
-from frictool.friction import kernel_signatures as s
 from frictool.friction.hybrid_kernels import SLIPPING, STUCK
 from frictool.friction.law import DynamicKernels, HybridKernels, StaticKernels
 from frictool.friction.law_signatures import SIGNATURES
-from frictool.runtime.kernels import function_pointer
+from frictool.runtime.kernels import function_pointer, kernel
 
 
 def pointers(kernels: StaticKernels | DynamicKernels | HybridKernels) -> tuple[Any, ...]:
@@ -22,12 +20,10 @@ def pointers(kernels: StaticKernels | DynamicKernels | HybridKernels) -> tuple[A
     )
 
 
-_f, _i, _a, _m = numba.float64, numba.int64, numba.float64[::1], numba.float64[:, ::1]
-
 FORCE, STATE, POSITION, VELOCITY, MODE, EFFORT = 0, 1, 0, 1, 2, 3
 
 
-@numba.njit(_m(s.SLIP_FORCE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY, _a, _a), cache=True)
+@kernel
 def static_values(slip_force, breakaway, band, seen_velocity, velocities, p):
     """Return rows (slip force, breakaway, band, seen velocity) at each velocity.
 
@@ -44,7 +40,7 @@ def static_values(slip_force, breakaway, band, seen_velocity, velocities, p):
     return out
 
 
-@numba.njit(_m(s.RATE, s.FORCE, s.COMMIT, s.RESET, _a, _f, _a), cache=True)
+@kernel
 def dynamic_run(rate, force, commit, reset, velocities, step, p):
     """Rows (force, z[0]) along velocities, straight between samples; Runge-Kutta of order 4. Row 0
     is the start."""
@@ -70,22 +66,7 @@ def dynamic_run(rate, force, commit, reset, velocities, step, p):
     return out
 
 
-@numba.njit(
-    _m(
-        s.MODE_AFTER,
-        s.ENTER,
-        s.HYBRID_FORCE,
-        s.HYBRID_ACCELERATION,
-        s.HYBRID_RATE,
-        s.HYBRID_COMMIT,
-        s.RESET,
-        _a,
-        _f,
-        _f,
-        _a,
-    ),
-    cache=True,
-)
+@kernel
 def hybrid_run(
     mode_after, enter, force, acceleration, rate, commit, reset, efforts, stiffness, step, p
 ):
