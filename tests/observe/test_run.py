@@ -156,14 +156,9 @@ def test_friction_is_what_the_motion_asks_for(rig: SimpleNamespace, tmp_path: Pa
 def test_same_inputs_same_bytes(rig: SimpleNamespace, tmp_path: Path) -> None:
     for attempt in ("one", "two"):
         (tmp_path / attempt).mkdir()
-        for name in ("found.mcap", "page.html"):
-            option = "-o" if name.endswith("mcap") else "--plot"
-            assert (
-                observe(
-                    rig.model, rig.worn, "--wear-limit", "1.5", option, tmp_path / attempt / name
-                ).code
-                == 0
-            )
+        folder = tmp_path / attempt
+        outputs = ("-o", folder / "found.mcap", "--plot", folder / "page.html")
+        assert observe(rig.model, rig.worn, "--wear-limit", "1.5", *outputs).code == 0
     for name in ("found.mcap", "page.html"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 

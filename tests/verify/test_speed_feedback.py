@@ -118,7 +118,7 @@ def test_the_enclosed_sensitivity_and_poles_are_those_of_the_loop(
 
 
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_no_plant_exceeds_the_proved_sensitivity(seed: int) -> None:
     random = np.random.default_rng(seed)
     velocity = SPEEDS[str(random.choice(list(SPEEDS)))]
