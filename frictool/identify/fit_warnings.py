@@ -215,9 +215,8 @@ def extrapolated_spring_warnings(
         return []
     unit = si_unit("position", bench.axis)
     return [
-        f"spring: the logs show positions from {low:.3g} to {high:.3g} {unit} only; over the rest "
-        f"of the travel, {travel.low:.3g} to {travel.high:.3g} {unit}, the load is extrapolated; "
-        "record strokes there"
+        f"spring: the logs cover {low:.3g} to {high:.3g} {unit} of the travel, {travel.low:.3g} to "
+        f"{travel.high:.3g} {unit}; elsewhere, the load is extrapolated; record strokes there"
     ]
 
 

@@ -1,7 +1,8 @@
 """Choice of the next commissioning step from the bench, the specification and the logs so far.
 
     logs so far               next step
-    none                      ramps: direction, encoder, breakaway
+    none                      ramps: direction, encoder, breakaway; strokes if the offset of the
+                              bench or logs moves the axis with the drive at 0
     ramps without breakaway   strokes, then ramps again, at most MOST_RAMPS times
     ramps                     strokes: friction and inertia, unless no strokes are safe
     strokes without result    strokes with other reversals; after MOST_STROKES logs, no test
@@ -36,6 +37,7 @@ from frictool.documents.name_list import listed
 from frictool.documents.quantity import si_unit
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
 from frictool.identify.axis_logs import SLIDING_LOG
+from frictool.identify.excite.breakaway_ramps import never_at_rest
 from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.excite.precise_strokes import (
     PreciseTest,
@@ -49,7 +51,12 @@ from frictool.identify.promise_comparison import shown_effects
 from frictool.logs.log import Log
 from frictool.plan.contained_motion import ContainedDesign
 from frictool.plan.controller_search import SearchAnswer
-from frictool.plan.narrowed_model import bench_for_test, exact_model, narrowed_model
+from frictool.plan.narrowed_model import (
+    bench_for_test,
+    exact_model,
+    narrowed_bench,
+    narrowed_model,
+)
 from frictool.plan.rehearsed_test import rehearsed_ramps, rehearsed_strokes
 from frictool.simulate.default_servo import FEEDFORWARD, feedforward
 
@@ -60,6 +67,10 @@ FINER = 0.5  # half width requested from a repeated test, relative to the reache
 # least half width without a useful log, relative to the half width with this log
 LEAST_GAIN = math.sqrt(1.0 / FINER)
 SLIDING = ("inertia", "viscous", "coulomb")
+NO_RAMPS = (
+    "strokes show friction, inertia and offset; ramps are impossible, because the offset in "
+    "bench.yaml exceeds the breakaway and moves the axis while the drive is 0"
+)
 MOST_RAMPS = 2  # largest number of tests of drive ramps
 MOST_STROKES = 2  # logs of motion after which no further strokes are planned, if they gave no gain
 
@@ -142,7 +153,8 @@ def next_step(
     """
     refuse_sensor_lag(bench, "plan rehearses tests and designs controllers")
     if not logs:
-        return _ramps(bench)
+        impossible = never_at_rest(bench)
+        return _ramps(bench) if impossible is None else _strokes(bench, NO_RAMPS)
     warnings: list[str] = []
     try:
         outcome = identify(logs, bench, tell=warnings.append)
@@ -192,6 +204,7 @@ def _identified(
         "ramp" not in outcome.result.kinds.values()
         and "breakaway" not in known
         and ramps < MOST_RAMPS
+        and never_at_rest(narrowed_bench(bench, model)) is None
     ):
         return _ramps(bench, reached)
     untested = None
@@ -268,9 +281,12 @@ def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep
 
 
 def _strokes(
-    bench: Bench, why: str, result: Identification, reached: tuple[ReachedPrecision, ...] = ()
+    bench: Bench,
+    why: str,
+    result: Identification | None = None,
+    reached: tuple[ReachedPrecision, ...] = (),
 ) -> PlanStep:
-    played = list(result.kinds.values()).count(SLIDING_LOG)
+    played = 0 if result is None else list(result.kinds.values()).count(SLIDING_LOG)
     if played >= MOST_STROKES:
         why = (
             f"{why}; {played} logs of motion did not change this: remove the cause and start again"
@@ -287,9 +303,9 @@ def _strokes(
     return PlanStep("friction and inertia", why, _compensated(test, bench), reached)
 
 
-def _over_position(result: Identification) -> Laws | None:
+def _over_position(result: Identification | None) -> Laws | None:
     """Return the friction over position that the logs show (for simulations of a test), or None."""
-    laws = result.laws
+    laws = None if result is None else result.laws
     return None if laws is None or laws.position is None else Laws(position=laws.position)
 
 

@@ -159,6 +159,10 @@ def test_no_range_is_named_if_the_nominal_plant_cannot_meet_the_specification(
     factors = [float(line.split("factor ")[1].split(")")[0]) for line in lines[head + 1 :]]
     assert factors == sorted(factors, reverse=True)
     assert f"(factor {highest / 1.4:.3g}); test: `frictool excite --for breakaway=10%`" in lines[-1]
+    weight = structs.replace(model.parameters.offset, value=-8.0, low=-8.1, high=-7.9)
+    parameters = structs.replace(model.parameters, offset=weight)
+    heavy = replace(test, model=structs.replace(model, parameters=parameters))
+    assert "the offset exceeds it, and ramps cannot show it" in refusal_lines(alone, heavy)[-1]
 
 
 def test_all_plants_of_a_narrowed_model_lie_in_the_narrower_range() -> None:

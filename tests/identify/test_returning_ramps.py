@@ -10,9 +10,17 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
+from frictool.errors import NoSolutionError
 from frictool.identify.breakaway.onset_detection import passages_of, returning_share
 from frictool.identify.breakaway.position_law import COUNTS_PER_TERM, HIGHEST_ORDER, highest_order
-from frictool.identify.excite.breakaway_ramps import returning_ramps
+from frictool.identify.excite.breakaway_ramps import (
+    breakaway_range,
+    never_at_rest,
+    returning_ramps,
+)
+from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
+from frictool.identify.excite.precise_ramps import precise_ramps
+from frictool.identify.excite.precise_strokes import PrecisionRequest
 from frictool.identify.identification import NothingIdentified, identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, make_record
@@ -105,6 +113,24 @@ def test_ramps_warn_of_a_load_above_the_breakaway(tmp_path: Path) -> None:
     assert warning is not None
     assert "exceed the breakaway" in warning
     assert len(f"warning: {warning}") <= 190
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_weight_above_the_breakaway_allows_no_ramps(tmp_path: Path, sign: float) -> None:
+    """The drive is 0 between the ramps: the weight, of either sign, would then accelerate."""
+    bench = mass_bench(tmp_path)
+    most = breakaway_range(bench)[2]
+    for factor, possible in ((0.9, True), (1.1, False)):
+        offset = Quantity(sign * factor * most, unit="N")
+        weight = msgspec.structs.replace(
+            bench, mechanics=msgspec.structs.replace(bench.mechanics, offset=offset)
+        )
+        assert (never_at_rest(weight) is None) is possible
+    with pytest.raises(NoSolutionError, match="this load moves the axis"):
+        precise_ramps(weight, PrecisionRequest({"breakaway": 0.1}))
+    with pytest.raises(NoSolutionError, match="this load moves the axis") as error:
+        excite("breakaway", weight, ExcitationSettings())
+    assert len(f"error: {error.value}") <= 190
 
 
 def returning_bench(bench: Bench, offset: float) -> Bench:

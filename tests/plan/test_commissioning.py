@@ -25,6 +25,7 @@ from frictool.documents.writing import to_yaml
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
 from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.excite.bench_limits import limits_of
+from frictool.identify.excite.breakaway_ramps import breakaway_range
 from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.excite.precise_strokes import PreciseTest, PrecisionRequest
 from frictool.identify.excite.stroke_candidates import stroke_candidates
@@ -137,6 +138,30 @@ def test_an_empty_bench_begins_with_ramps_and_continues_with_strokes(
     assert second.test is not None
     assert set(second.test.half_widths) == {"inertia", "viscous", "coulomb"}
     assert [one.parameter for one in second.reached] == ["breakaway"]
+
+
+def test_a_weight_above_the_breakaway_leaves_out_the_ramps(logs: tuple[Log, Log]) -> None:
+    """Ramps return the drive to 0, and would drop the weight."""
+    weight = 1.2 * breakaway_range(BELT)[2]
+    mechanics = structs.replace(BELT.mechanics, offset=Quantity(weight, unit="N"))
+    bench = structs.replace(BELT, mechanics=mechanics)
+    first = next_step(bench, [], refusing)
+    assert first.name == "friction and inertia"
+    assert first.test is not None
+    assert first.test.sequence.columns[FEEDFORWARD][0] > weight
+    assert next_step(BELT, logs[1:], refusing).name == "breakaway"
+    assert next_step(BELT, [weighed(logs[1], weight)], refusing).name != "breakaway"
+
+
+def weighed(log: Log, weight: float) -> Log:
+    """Return the log of an axis whose drive also holds a `weight` [N]."""
+    main = log.main
+    current = weight / BELT.actuator.constant.value
+    signals = {
+        name: values + {"current": current, "effort": weight}.get(name, 0.0)
+        for name, values in main.signals.items()
+    }
+    return replace(log, streams=(replace(main, signals=signals),))
 
 
 def test_no_log_leaves_the_limits(logs: tuple[Log, Log]) -> None:

@@ -102,11 +102,15 @@ def _several_lines(findings: SearchFindings, model: Model) -> list[str]:
     wide = widest_ranges(model) if findings.nominal else []
     if not wide:
         return ["no candidate passes every test if only one limit is relaxed: relax several limits"]
+    offset = model.parameters.offset.interval
     ranges = []
     for name, one in wide[:MOST_RANGES]:
         factor = f" (factor {one.high / one.low:.3g})" if one.low > 0.0 else ""
         ends = f"{one.low:.4g} to {one.high:.4g} {one.unit}{factor}"
-        ranges.append(f"  {name}: {ends}; test: `frictool excite --for {name}=10%`")
+        remedy = f"test: `frictool excite --for {name}=10%`"
+        if name == "breakaway" and max(offset[0], -offset[1]) > one.high:
+            remedy = "the offset exceeds it, and ramps cannot show it; state it in bench.yaml"
+        ranges.append(f"  {name}: {ends}; {remedy}")
     return [
         "a candidate passes with the nominal plant, but none with all plants, also if one limit "
         "is relaxed: narrow the widest ranges",

@@ -105,6 +105,26 @@ def breakaway_range(bench: Bench) -> tuple[float, float, float]:
     )
 
 
+def never_at_rest(bench: Bench) -> str | None:
+    """Return why no ramps are possible if the offset moves every axis of the bench, else None.
+
+    The drive is 0 between the ramps. An offset above the largest breakaway, such as the weight on a
+    vertical axis, then accelerates the axis.
+    """
+    offset = bench.mechanics.offset
+    if offset is None:
+        return None
+    low, high = offset.interval
+    least, most = max(low, -high), breakaway_range(bench)[2]
+    if least <= most:
+        return None
+    unit = si_unit("effort", bench.axis)
+    return (
+        f"mechanics.offset: at least {least:.4g} {unit}, above the breakaway (at most {most:.4g}): "
+        "between ramps, at a drive of 0, this load moves the axis; balance it, or use --kind sines"
+    )
+
+
 def returning_ramps(bench: Bench) -> str | None:
     """Return a warning if a load may move the axis back between the ramps, else None.
 
@@ -152,6 +172,9 @@ def breakaway_ramps(
     Raises NoSolutionError if a limit is exceeded, or if the sequence has more than MOST_SAMPLES
     samples; the message names the limit.
     """
+    impossible = never_at_rest(bench)
+    if impossible is not None:
+        raise NoSolutionError(impossible)
     needed = _needed_drive(bench, limits)
     top = top or _default_top(bench, limits)
     unit = "A" if limits.drive == "current" else "V"
