@@ -38,7 +38,7 @@ UNITS = {
     "breakaway": "N m",
     "offset": "N m",
 }
-CANDIDATES = 25
+CANDIDATES = 12
 
 
 def turntable(**others: tuple[float, float, float]) -> Model:

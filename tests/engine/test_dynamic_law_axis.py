@@ -112,7 +112,7 @@ def test_the_motion_agrees_with_scipy(name: str) -> None:
     field = plain_field(name, AXIS, load.as_array(), values_of(name))
     y = np.zeros(4)
     error = reached = 0.0
-    for k in range(240 if name == "elasto_plastic" else 120):
+    for k in range(240 if name == "elasto_plastic" else 80):
         command = 3.0 * math.sin(0.09 * k) * (3.0 if k % 7 == 0 else 1.0)
         assert advance(state, command, array, PERIOD) == OK
         integrated(field, y, command)

@@ -124,6 +124,12 @@ def plain_vectors(number: ProgramNumber) -> GoldenVectors:
     return golden_vectors(plain, controller_program(plain), number)
 
 
+@functools.cache
+def usual_header(number: ProgramNumber) -> str:
+    """Return the header, which contains no vectors, for an encoder that counts forward."""
+    return sources(with_encoder(FORWARD), number, plain_vectors(number))["speed.h"]
+
+
 @needs_compiler
 @pytest.mark.parametrize("number", NUMBERS)
 def test_loop_over_raw_counts_is_the_loop_over_the_position(
@@ -154,11 +160,9 @@ def test_loop_over_raw_counts_is_the_loop_over_the_position(
 )
 def test_header_states_the_counts(encoder: Encoder, column: Column, stated: list[str]) -> None:
     one = with_encoder(encoder, column)
-    plain = with_encoder(FORWARD)
     for number in NUMBERS:
-        vectors = plain_vectors(number)  # which a header does not contain
-        header, usual = (sources(each, number, vectors)["speed.h"] for each in (one, plain))
-        assert (header == usual) == (not stated)
+        header = sources(one, number, plain_vectors(number))["speed.h"]
+        assert (header == usual_header(number)) == (not stated)
         assert all(text in header for text in stated)
         line = next(text for text in header.splitlines() if "define SPEED_POSITION_PER" in text)
         assert ("(-0.11" in line) == (encoder.direction == -1)

@@ -118,8 +118,19 @@ def loaded(bench: Bench, share: float) -> Bench:
     return structs.replace(bench, load=LoadTerms(("spring",), most=most))
 
 
-@pytest.mark.parametrize("name", ["arm", "belt", "servo-24", "table"])
-@pytest.mark.parametrize("share", [0.5, 3.0])
+@pytest.mark.parametrize(
+    ("name", "share"),
+    [
+        ("arm", 0.5),
+        ("belt", 3.0),
+        ("servo-24", 3.0),
+        ("table", 0.5),
+        *(
+            pytest.param(*one, marks=pytest.mark.accept)
+            for one in (("arm", 3.0), ("belt", 0.5), ("servo-24", 0.5), ("table", 3.0))
+        ),
+    ],
+)
 def test_a_load_makes_ramps_longer_by_its_own_rise_and_not_slower(
     name: str, share: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
