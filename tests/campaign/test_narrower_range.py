@@ -12,7 +12,7 @@ import pytest
 from msgspec import structs
 
 from frictool.adapters.parameter_intervals import breakaway_ratio
-from frictool.campaign import automatic_design
+from frictool.campaign import automatic_design, design_trial
 from frictool.campaign.automatic_design import EASINGS, AutomaticDesign, design_automatically
 from frictool.campaign.design_trial import DesignTest, design_test
 from frictool.campaign.narrower_range import narrowed
@@ -103,7 +103,9 @@ POSSIBLE, IMPOSSIBLE = specified(0.4, 5.0, 0.008), specified(0.25, 0.1, 0.0045)
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Search only one family with few candidates."""
+    """Search only one family with few candidates, on few drawn plants."""
+    monkeypatch.setattr(design_trial, "DRAWN", 8)
+    monkeypatch.setattr(design_trial, "OTHERS", 4)
     families = (replace(PI_CASCADE, candidates=CANDIDATES),)
     monkeypatch.setattr(automatic_design, "FAMILIES", families)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace as changed
 from itertools import pairwise
 from types import SimpleNamespace
@@ -13,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from frictool.campaign import design_trial
 from frictool.campaign.automatic_design import design_automatically
 from frictool.campaign.design_trial import design_test, step_lengths
 from frictool.campaign.draws.default_scenario import (
@@ -41,6 +43,15 @@ from studies.actuators.drawing import draw
 from studies.rigs.clutch_model import clutch_model
 
 SEED, NUMBER = "shortsteps", 0  # an actuator whose friction is up to half of the drive's effort
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_plants() -> Iterator[None]:
+    """Draw few plants besides the vertices."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(design_trial, "DRAWN", 8)
+        patch.setattr(design_trial, "OTHERS", 4)
+        yield
 
 
 @pytest.fixture(scope="module")
