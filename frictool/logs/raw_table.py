@@ -35,8 +35,8 @@ Nanoseconds = NDArray[np.int64]
 class DataLoss:
     """Samples that could not be read.
 
-    channels: names of the affected columns in a loss that a table appends, else paths of the
-        affected signals; empty if all signals are affected.
+    channels: affected signals: names of columns if a table appends the loss, else paths of signals;
+        empty if all signals are affected.
     reason: why the samples could not be read.
     start_s, end_s: first and last time of the loss, in s of log time; None if unknown.
     samples: number of lost samples; None if unknown.

@@ -29,7 +29,7 @@ class UnpackedBudget:
         if count <= self._left:
             self._left -= count
             return None
-        return f"its {self._size} bytes declare more than {self._allowed} unpacked bytes"
+        return f"unpacks to more than {self._allowed} bytes, the limit for a file of {self._size}"
 
 
 def refusal(size: int, rows: int, columns: int) -> str | None:

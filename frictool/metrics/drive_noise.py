@@ -27,7 +27,7 @@ def noise_deviation(signal: Vector) -> float:
 
 
 def deviation_of(second_differences: Vector) -> float:
-    """Return the result of `noise_deviation` from the absolute second differences (n - 2,)."""
+    """Return the standard deviation of white noise from absolute second differences (n - 2,)."""
     if second_differences.size == 0:
         return 0.0
     return median(second_differences) / (0.6745 * math.sqrt(6.0))

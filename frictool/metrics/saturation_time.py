@@ -23,8 +23,8 @@ def commanded_saturation(time: Vector, command: Vector, limit: float) -> float:
 def measured_saturation(time: Vector, drive: Vector, limit: float, deviation: float) -> float:
     """Return the time [s] for which a measured |drive| (n,) [A | V] is at its `limit`.
 
-    The drive is at the limit within 1 % of the limit or two standard deviations of its white
-    noise, whichever is larger; `deviation` is one standard deviation.
+    The drive counts as limited if |drive| >= limit - max(1 % of the limit, 2 `deviation`).
+    `deviation` is the standard deviation of the drive's white noise.
     """
     return _total(time, drive, limit - max(NEAR_LIMIT * limit, 2.0 * deviation))
 

@@ -1,9 +1,9 @@
 """Wear estimate of a unit at commissioning, and the ratio of later estimates to this estimate.
 
 The wear is the factor between the friction of the unit and the friction of the model. Errors that
-both estimates have in common cancel in the ratio. Examples are a wrong actuator constant
-(wear/constant_error.py), and a factor between the friction of the new unit and the model. The error
-FLOOR of the dependence of friction on position and speed (wear/wear_estimator.py) cancels, too.
+the two estimates have in common cancel in the ratio. Examples are a wrong actuator constant
+(wear/constant_error.py), and a factor between the friction of the new unit and the model. FLOOR,
+the error of the model's friction over position and speed (wear/wear_estimator.py), cancels, too.
 Because FLOOR is part of both intervals, the interval of the ratio is too wide.
 """
 
@@ -30,7 +30,7 @@ class Commissioning:
 
 
 def commissioning_of_estimate(estimate: WearEstimate, source: str) -> Commissioning:
-    """Return the wear at commissioning, given by the estimate from a unit's first log.
+    """Return the wear at commissioning from the estimate for a unit's first log.
 
     Raises InputFileError if the estimate does not determine the wear.
     """

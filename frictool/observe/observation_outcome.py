@@ -181,7 +181,7 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
         shown.append(
             (
                 "scale",
-                f"{_range(estimate.scale)}   (actuator's constant relative to the bench's; "
+                f"{_range(estimate.scale)}   (actuator's constant relative to bench.yaml; "
                 "included in the absolute intervals)",
             )
         )
@@ -190,7 +190,7 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
             name.replace("_", " "),
             NOT_DETERMINED
             if name in estimate.undetermined
-            else f"{with_constant(one)}   (relative to the model's)",
+            else f"{with_constant(one)}   (relative to the model)",
         )
         for name, one in estimate.others.items()
     ]

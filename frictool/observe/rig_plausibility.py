@@ -39,8 +39,8 @@ def _inertia(model: Model, estimate: EstimateRange, scale: EstimateRange | None)
         1.0 + INERTIA_SPREAD
     ):
         return []
-    allowed = f"the bench and its constant allow {low:.3g} to {high:.3g}"
+    allowed = f"the ranges of model and bench allow {low:.3g} to {high:.3g}"
     return [
-        f"the inertia is {estimate.value:.3g} times the model's, {allowed}: do not trust the wear; "
-        f"{TRY}"
+        f"the inertia is {estimate.value:.3g} times the model's inertia, {allowed}: "
+        f"do not trust the wear; {TRY}"
     ]

@@ -21,9 +21,8 @@ class EstimateRange:
         """Return the ratio of this estimate to an independent estimate; both must be positive.
 
         Let a and b be the relative half widths of this and of the other estimate. The relative half
-        width of the result is sqrt(a^2 + b^2). For the lower end of the result, a is taken below
-        the value of this estimate, and b above the value of the other estimate. For the upper end,
-        a is taken above and b below.
+        width of the result is sqrt(a^2 + b^2). For the lower end of the result, a is the half below
+        this value and b the half above the other value; for the upper end, the reverse.
         """
         ratio = self.value / other.value
         below = ((self.value - self.low) / self.value) ** 2 + (

@@ -125,7 +125,7 @@ def _judged(name: str, estimate: EstimateRange, moves: int, limit: float) -> Wea
 def _parts(
     estimate: WearEstimate, ratio: EstimateRange | None
 ) -> Iterator[tuple[str, EstimateRange]]:
-    """Yield the name of each direction or zone, and its wear relative to commissioning if known."""
+    """Yield name and wear of each direction or zone; with `ratio`, relative to commissioning."""
     if estimate.kind == "directional":
         sides = (("forward", estimate.forward), ("backward", estimate.backward))
         parts = [(name, worn) for name, worn in sides if worn is not None]

@@ -11,8 +11,8 @@
 F_c is the Coulomb friction, F_s the breakaway, v the speed, e the effort, and t the time at rest.
 v_s, delta, fresh and tau are parameters. Friction is continuous at a knee speed (thesis, figure
 4.10). The numbers in brackets are equations of the thesis. While the backlash is open, the end
-stops act, but the friction above does not. F_s of the Stribeck curve is the breakaway at the end of
-the last rest.
+stops act, but this friction does not. F_s of the Stribeck curve is the breakaway at the end of the
+last rest.
 """
 
 from __future__ import annotations

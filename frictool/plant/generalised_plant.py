@@ -190,9 +190,8 @@ def generalised_plant(
 ) -> GeneralisedPlant:
     """Return the generalised plant of one vertex; `lag` and `period` are in s.
 
-    If `axis` is a DiagramBlock, `lag` is not used. Its ports in addition to those of
-    `linear_axis` become the first inputs and outputs of the plant. Raises ValueError for a delay in
-    continuous time.
+    If `axis` is a DiagramBlock, `lag` is not used. Ports of `axis` that `linear_axis` lacks become
+    the first inputs and outputs of the plant. Raises ValueError for a delay in continuous time.
     """
     if delay_samples and not period:
         raise ValueError("a delay in samples needs a sampled plant")

@@ -32,7 +32,7 @@ def largest_coulomb(box: Box) -> float:
 
 
 def moving(box: Box) -> tuple[str, ...]:
-    """Return the dynamic parameters (inertia, constant, viscous) whose interval is no point."""
+    """Return the dynamic parameters (inertia, constant, viscous) that vary in the box."""
     return tuple(name for name in DYNAMIC if box[name][1] > box[name][0])
 
 

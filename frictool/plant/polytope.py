@@ -8,8 +8,8 @@
 A speed regime is a speed range with its own viscous coefficient. If the speed regimes are
 scheduled, thesis annex C (30)-(32), viscous and coulomb are slope and intercept of each regime's
 tangent (plant/regime_tangents.py). Two regimes double the number of vertices; if all other
-parameters are scheduled, too, there are 2^5 = 32. With regimes, the centre is the middle of the
-tangents.
+parameters are scheduled, too, there are 2^5 = 32. With regimes, slope and intercept of the centre
+are midway between their smallest and largest value.
 """
 
 from __future__ import annotations

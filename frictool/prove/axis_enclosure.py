@@ -341,7 +341,7 @@ def _phase(state: AxisSet, command: float, p: PlantBox, carries: bool) -> _Phase
 def _bounds(phase: _Phase, step: float) -> _Bounds:
     """Return bounds of speed, distance and acceleration during a step with a speed >= 0.
 
-    During the step, the exponential e^(-rate t) of `_Phase` is between 1 - rate step and 1. SLACK
+    During the step, the exponential e^(-rate t) of `_Phase` is between 1 - rate*step and 1. SLACK
     exceeds the rounding errors.
     """
     kept = RoundedInterval((1.0 - phase.rate * step) * (1.0 - SLACK), 1.0)

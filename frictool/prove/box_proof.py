@@ -279,7 +279,7 @@ def _hold(test: BoxTest, ratios: CellRatios, start: StepStart, goal: HoldGoal) -
 
 
 def _divided(start: StepStart, step: float) -> list[StepStart]:
-    """Return the halves of a set of starts, divided by position or by position of the contact."""
+    """Return the halves of a set of starts, divided by position or by contact position."""
     low, high = start.position
     widths = (high - low, start.far[1] - start.far[0])
     if max(widths) <= SMALLEST_PART * step * (1.0 + 1e-9):

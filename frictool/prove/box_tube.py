@@ -530,13 +530,17 @@ def _finish(
         if tube.motion[ax.AT_REST] == 0.0:
             _join(loop, tube.forms)
         if _follow(loop, cell, tube, plan, plan.settled) != DONE:
-            raise UnprovedCell(f"uncertain if the axis is in the rest band at sample {tube.sample}")
+            raise UnprovedCell(
+                f"unclear whether the axis is in the rest band at sample {tube.sample}"
+            )
     bounds = np.array([-np.inf, np.inf, np.inf])
     still = np.inf
     for samples in COAST:
         # inside the band: the caller checks this with the bounds `late`
         if _follow(loop, cell, tube, plan, plan.settled + samples, 1) != DONE:
-            raise UnprovedCell(f"uncertain if the axis is in the rest band at sample {tube.sample}")
+            raise UnprovedCell(
+                f"unclear whether the axis is in the rest band at sample {tube.sample}"
+            )
         stop = _stopping(loop, ratios, tube.forms)
         if stop is None:
             continue

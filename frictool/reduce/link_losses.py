@@ -115,7 +115,7 @@ def _losses_report(
 def _reflected_inertia(
     mechanism: Mechanism, root: str, slopes: Mapping[str, tuple[float, float]]
 ) -> ReflectedInertia:
-    """Return bounds of the inertia reflected from all blocks, and from blocks rigid with the root.
+    """Return reflected-inertia bounds of all blocks, and of blocks rigidly linked to the root.
 
     slopes: for each block, smallest and largest ratio of its reflected inertia to its inertia.
     """

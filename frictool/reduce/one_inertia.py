@@ -173,7 +173,7 @@ def one_inertia(
     turns: likely values of `number`.
     number: angular wave number of the load's harmonic (residual_load.py); None if unknown.
 
-    Raises NoSolutionError if no load law of model.yaml leaves a remaining load that friction can
+    Raises NoSolutionError if with every load law of model.yaml, a load remains that friction cannot
     hold.
     """
     root, sensor_block = mechanism.sources[source].on, mechanism.sensors[sensor].on

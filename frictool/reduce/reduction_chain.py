@@ -122,7 +122,8 @@ def _chain(
         progress("compliance")
         if bandwidth is None:
             raise NoSolutionError(
-                f"{whole.name}: compliant: {', '.join(one.name for one in compliant_links(now))}; "
+                f"{whole.name} has compliant links: "
+                f"{', '.join(one.name for one in compliant_links(now))}; "
                 "give a bandwidth, which determines the resonances to keep"
             )
         now = take(stiffen_above(now, root, bandwidth))

@@ -68,7 +68,7 @@ def fit_residual_load(
     misses: Callable[[ResidualLoad], float],
     known: float | None = None,
 ) -> ResidualLoad:
-    """Return the simplest load law that leaves a remaining load which friction can hold.
+    """Return a load law whose remaining load friction can hold; simple laws are preferred.
 
     The remaining load is the load minus the law. A law is acceptable if friction holds the
     remaining load at rest. Laws are tried from simple to general, beginning with no load. The

@@ -58,7 +58,7 @@ class SimulationCheck:
         if self.refused is not None:
             return f"not reduced: {self.refused}"
         return (
-            f"reduced: in {self.runs} runs the one inertia and the whole mechanism differ by at "
+            f"reduced: in {self.runs} runs the positions of model and mechanism differ by at "
             f"most {last.whole:.3g} {self.unit} over a distance of {last.travelled:.3g} "
             f"{self.unit}; allowed: {100.0 * self.tolerance:g} % of the distance plus the "
             f"backlash of {self.play:.3g} {self.unit}"

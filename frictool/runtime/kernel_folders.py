@@ -201,8 +201,8 @@ def remove(folder: Path, now: float | None = None) -> bool:
 def prune(parent: Path, current: Path) -> list[Path]:
     """Remove old kernel folders in `parent`; return the removed folders.
 
-    The folder `current` stays. The `KEPT` other folders that were used last also stay, unless they
-    were unused for a fortnight.
+    The folder `current` stays. Of the other folders, the `KEPT` most recently used stay, too,
+    unless they were unused for a fortnight.
     """
     now = time.time()
     others = []

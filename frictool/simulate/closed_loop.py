@@ -102,10 +102,10 @@ def simulate_closed_loop(
 ) -> Log:
     """Simulate a scenario with a controller and each plant variant; return the log.
 
-    The log has a stream for each variant, metadata and warnings. `progress(done, total)` receives
-    numbers of variants, but numbers of samples if a mechanism has a single variant. `names` are the
-    names of the documents in messages. Raises InputFileError if the documents do not fit together,
-    LogError if the log cannot be replayed, NoSolutionError if a variant cannot be simulated.
+    The log has a stream for each variant, metadata and warnings. `progress(done, total)` counts
+    variants, or samples if a mechanism has a single variant. `names` are the names of the documents
+    in messages. Raises InputFileError if the documents do not fit together, LogError if the log
+    cannot be replayed, NoSolutionError if a variant cannot be simulated.
     """
     if isinstance(plant, Model):
         axis = AxisPlant(plant)

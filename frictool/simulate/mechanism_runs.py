@@ -99,9 +99,8 @@ def play_all(
     """Simulate all variants in parallel; yield the outcome of each variant.
 
     tasks: pairs (task, initial positions (n,) [rad | m]); each run starts at rest.
-    `progress(done, total)` receives numbers of variants, but numbers of samples if there is a
-    single variant. Raises NoSolutionError if a variant cannot be simulated; the message states the
-    time and the element.
+    `progress(done, total)` counts variants, or samples if there is a single variant. Raises
+    NoSolutionError if a variant cannot be simulated; the message states the time and the element.
     """
     total = len(variants)
     done = 0

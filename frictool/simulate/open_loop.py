@@ -59,10 +59,10 @@ def simulate_open_loop(
 ) -> Log:
     """Simulate a mechanism without a controller; return the log with warnings.
 
-    The log has streams for each variant. `progress(done, total)` receives numbers of variants, but
-    numbers of samples if there is a single variant. `watch(outcome)` is called after each variant.
-    `names` are the names of the documents in messages. Raises DocumentError if the scenario does
-    not fit the mechanism, NoSolutionError if a variant cannot be simulated.
+    The log has streams for each variant. `progress(done, total)` counts variants, or samples if
+    there is a single variant. `watch(outcome)` is called after each variant. `names` are the names
+    of the documents in messages. Raises DocumentError if the scenario does not fit the mechanism,
+    NoSolutionError if a variant cannot be simulated.
     """
     seen = _controlled(document, assembled)
     _check(document, assembled, scenario, names, seen)

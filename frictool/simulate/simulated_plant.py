@@ -90,8 +90,8 @@ class SimulatedLoop(NamedTuple):
       (engine/disturbances_and_faults.py)
     - scheduled: one mapping for each variant, from the node index of a scheduled parameter in
       `program` to its value
-    - progress: function that receives the completed and the total number of variants, but numbers
-      of samples if a mechanism has a single variant
+    - progress: function that receives the completed and the total number of variants, or of samples
+      if a mechanism has a single variant
     """
 
     controller: Controller

@@ -48,8 +48,8 @@ def simulate(
     names : DocumentNames
         Names of the documents in messages.
     progress : callable
-        Function that receives the completed and the total number of variants, but numbers of
-        samples if a mechanism has a single variant.
+        Function that receives the completed and the total number of variants, or of samples if a
+        mechanism has a single variant.
 
     Returns
     -------

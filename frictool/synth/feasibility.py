@@ -230,7 +230,7 @@ def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
 
 
 def _check_time(key: str, spec: Spec, least: ShortestTime, model: Model) -> list[str]:
-    """Return a note on steps that take longer than required; raise NoSolutionError if all do.
+    """Return a note on steps too long for a required time; raise NoSolutionError if all are.
 
     - key: requirement on a time
     - least: function from an axis and a length to the shortest time

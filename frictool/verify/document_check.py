@@ -146,7 +146,7 @@ def _vertices(controller: Controller, margins: bool) -> None:
                 check.delay_samples, controller.delay_samples
             ):
                 raise NoSolutionError(
-                    f"{where} the loop of the stored coefficients is unstable with "
+                    f"{where} the loop with the stored coefficients is unstable with "
                     f"{delay_words(check.delay_samples)} "
                     f"(spectral radius {check.spectral_radius:.6g}); run frictool synth again"
                 )

@@ -2,8 +2,8 @@
 
 The margin is 1/max |1/(1 + L)|; verify/feedback_loops.py defines the loop gain L, which includes
 the computational delay. Compiled kernels assemble the matrices of the closed loop. The
-eigenvectors of the closed loop give the gain at many frequencies in one call, from which the
-kernels refine the peak.
+eigenvectors of the closed loop give the gain at many frequencies in one call; the kernels then
+refine the peak.
 """
 
 from __future__ import annotations

@@ -6,8 +6,9 @@
 
 A task is a batch of jobs. If a worker dies, the scheduler gives the worker's task to another
 worker. After several workers have died during a task (setting `allowed-failures`), the scheduler
-gives the task up, although another task may have caused the deaths. The jobs of these tasks are
-repeated at the end, one at a time. A job is lost only if workers die again during this job.
+gives the task up, although another task may have caused the deaths. The jobs of tasks that were
+given up are repeated at the end, one at a time. A job is lost only if workers die again during this
+job.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ def run_on_cluster(
 
     instead: as in `share` (job_sharing.py). Raises ClusterError if the scheduler cannot be reached
     or has no workers, or if the installation of a worker differs from this installation. Raises
-    WorkerLost if every worker that runs a job dies, and `instead` is None.
+    WorkerLost if all workers that receive the same job die, and `instead` is None.
     """
     with connect(address) as client:
         _check(client, address)

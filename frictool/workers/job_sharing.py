@@ -62,7 +62,7 @@ def share(
     Exception
         Any exception that `function` raises.
     WorkerLost
-        If every process that runs a job ends, and `instead` is None.
+        If all processes that run the same job end, and `instead` is None.
     ClusterError
         If the cluster cannot be used.
     ValueError

@@ -98,5 +98,5 @@ def test_a_filter_has_the_response_of_its_poles_and_zeros() -> None:
 
 
 def test_a_mechanism_that_yields_needs_a_bandwidth() -> None:
-    with pytest.raises(NoSolutionError, match="compliant: belt; give a bandwidth"):
+    with pytest.raises(NoSolutionError, match="compliant links: belt; give a bandwidth"):
         chain(belt(), None)

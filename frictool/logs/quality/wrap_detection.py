@@ -133,8 +133,8 @@ class WrapSearch:
     def _natural_period(self, jump: RepeatedJump) -> float | None:
         """Return the natural period, such as a turn, that fits a jump.
 
-        The result is None if no natural period fits, or if a shorter period, a round number in the
-        log's unit, fits, too.
+        The result is None if no natural period fits, or if a shorter period that is a round number
+        in the log's unit also fits.
         """
         slack = NATURAL_SLACK * jump.high
         natural = next(

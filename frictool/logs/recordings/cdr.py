@@ -1,9 +1,9 @@
 """Decoding of numbers from serialised messages: CDR of ROS 2, and the serialisation of ROS 1.
 
 The offset of a number in a message depends only on the lengths of the strings and sequences before
-it. Therefore one message is parsed field by field. All messages of the same size with the same
-lengths at the same offsets (`MessageLayout.guards`) have the same layout, and their numbers are
-extracted together.
+it. Therefore the first message of each layout is parsed field by field. All messages of the same
+size with the same lengths at the same offsets (`MessageLayout.guards`) have the same layout, and
+their numbers are extracted together.
 
 In CDR, the first 4 bytes give the byte order. Offsets are counted from the end of these bytes. The
 offset of a number is a multiple of the number's size. Version 2 of CDR makes an exception: the
@@ -42,7 +42,7 @@ class NumberField:
     """Number, or array of numbers, in a message.
 
     path: names of the enclosing fields and of the field, such as `pose.x`.
-    offset: index in the message of the first byte of the field.
+    offset: index of the field's first byte in the message.
     dtype: type of a number, such as `<f8`.
     count: length of the array; None for a single number.
     labels: names of the array's elements; empty if the elements have no names.

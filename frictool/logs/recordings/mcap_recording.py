@@ -105,7 +105,8 @@ class _McapPass:
     def take(self, opcode: int, body: bytes) -> None:
         """Store the schema, the channel or the counts that a record declares.
 
-        A damaged record is skipped. Reading a message of its channel then reports the damage.
+        A damaged record is skipped. When a message of the record's channel is read, the damage is
+        reported.
         """
         with suppress(*UNREADABLE):
             self.declarations.take(opcode, body)

@@ -23,7 +23,7 @@ class Messages:
 
     log_time: recording times (n,) in ns.
     data: bytes that contain all payloads.
-    start: index (n,) in `data` of the first byte of each payload.
+    start: index (n,) of each payload's first byte in `data`.
     length: length (n,) of each payload in bytes.
     """
 

@@ -1,6 +1,6 @@
 """Writer of a stream as a CSV file with the header `name [unit]`.
 
-Each number is written with the fewest digits from which exactly the same number is read.
+Each number is written with the fewest digits that represent it exactly.
 """
 
 from __future__ import annotations

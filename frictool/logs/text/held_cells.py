@@ -12,8 +12,8 @@ from frictool.logs.raw_table import RowBlock
 class HeldCells:
     """Filler that gives each empty cell the last number of its column, block by block.
 
-    Rows at the start are left out until each column has a number. A column without a number in the
-    first block of the file is ignored for this purpose.
+    Rows at the start are left out until each column has a number. This rule ignores columns without
+    a number in the first block of the file.
     """
 
     def __init__(self) -> None:

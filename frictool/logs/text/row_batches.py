@@ -43,7 +43,7 @@ class RowIssue:
 class RowBatch:
     """Rows that the scanner has read.
 
-    first_row: index in the file of the first row.
+    first_row: index of the first row in the file.
     rows: number n of rows.
     values: numbers (k, n) of the k numeric columns.
     stamps: times (n,) in ns; (0,) if no column has time stamps.
@@ -122,7 +122,7 @@ def batches(
     source: name of the file for messages.
     feed: text whose first byte is in line `first_line` of the file.
     dialect: byte between cells, byte before decimals, and order of a date's parts (iso8601.py).
-    slots: index of each column in the numbers, or STAMP or SKIP (see `read_rows`).
+    slots: index of each column in `RowBatch.values`, or STAMP or SKIP (see `read_rows`).
     width: number of columns that are read as numbers.
     until: index of the last row to read; None for all rows.
 

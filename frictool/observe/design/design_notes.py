@@ -157,5 +157,5 @@ def _left_out(model: Model, known: tuple[str, ...]) -> str:
 
 
 def time_constant(radius: float, period: float) -> float:
-    """Return the time constant [s] of the slowest error of a mode with this spectral radius."""
+    """Return the time constant [s] of the error in a mode with the spectral radius `radius`."""
     return -period / math.log(radius) if 0.0 < radius < 1.0 else 0.0

@@ -10,7 +10,7 @@ from frictool.documents.quantity import Span, si_unit
 from frictool.friction.position_polynomial import normalise
 from frictool.typing import Vector
 
-KNEES = "viscous friction above a knee of the speed"
+KNEES = "viscous friction above a knee speed"
 
 
 def friction_map(model: Model) -> FrictionMap:

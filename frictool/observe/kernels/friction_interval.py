@@ -93,8 +93,8 @@ def _in_slip(
     """Return value, low, high of the friction [N m | N] in slip at position x and velocity v.
 
     `fall` (2,) is friction that falls with speed and is not in the model, and its half width.
-    `loose` is the fraction that `_play` returns. Both friction factors are valid at the temperature
-    of the sample.
+    `loose` is the fraction that `_play` returns. `viscous_factor` and `dry_factor` apply at the
+    temperature of the sample.
     """
     direction = 1.0 if v > 0.0 else -1.0
     speed = abs(v)

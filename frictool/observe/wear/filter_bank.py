@@ -295,7 +295,7 @@ class FilterBank:
 
 
 def rising_penalty(falls: Vector, means: Vector, deviations: Vector) -> Vector:
-    """Return log weights (k,), small for falls with negative parts, which rise with speed.
+    """Return log weights (k,), small if parts of a fall are negative (rise with speed).
 
     `falls`, and the prior `means` and `deviations` of the falls, are (k, m). The weight is 1 for a
     prior without an unmodelled fall.

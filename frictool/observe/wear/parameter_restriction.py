@@ -50,7 +50,7 @@ class UnmodelledFriction:
     - slope, deviation: mean and standard deviation of the part that is proportional to speed
     - bend: standard deviation of the friction that each bend (change of the slope over speed) adds
     - fall: mean of friction that falls with speed, at speed 0; `at`: index of its speed scale w
-    - fallen: standard deviation, for each scale w, of friction that falls with speed
+    - fallen: standard deviation of the friction that falls on each speed scale w
     """
 
     slope: float = 0.0

@@ -63,8 +63,9 @@ def attached(state: Vector, step: float, gap: float) -> float:
 def slips(position: Vector, k: int, reach: int, carried: float, numbers: Vector) -> float:
     """Return the direction (1 or -1) in which axis and load certainly slip at sample k, else 0.
 
-    The displacements over `reach` samples before and after k must have one direction, and speeds
-    between SLOWEST and FASTEST. In the direction `carried`, the axis is in contact with the load.
+    The displacements over `reach` samples before and after k must have one direction; their mean
+    speeds must be between SLOWEST and FASTEST. In the direction `carried`, the axis is in contact
+    with the load.
     """
     before = position[k] - position[k - reach]
     after = position[k + reach] - position[k]
@@ -219,8 +220,8 @@ def walk(
 ) -> int:
     """Process samples from `begin` until a move has ended or fewer than `reach` samples remain.
 
-    - position, effort: (n,), with at least window + reach samples before `begin` (lengths of the
-      row's window and of the differences that give the speed, weak_form_layout.py)
+    - position, effort: (n,), with at least window + reach samples before `begin` (fields of
+      WeakFormLayout)
     - gram: sum of row' row of the current move, (p + 1, p + 1)
     - move: numbers of the current move, in the order of the module's constants, (5,)
     - warm: factors of viscous and dry friction at the temperature of each sample, (2, n)

@@ -17,8 +17,8 @@ approximations.
 
 The inertia shows only in the acceleration that the other parameters do not explain. An unknown
 effort that follows this acceleration looks like inertia. The inertia's interval therefore includes
-an effort of ROUGH times the dry friction, and the rounding of the encoder. If it becomes wider than
-the prior, the moves do not determine the inertia.
+an effort of ROUGH times the dry friction, and the rounding of the encoder. If this interval becomes
+wider than the prior, the moves do not determine the inertia.
 """
 
 from __future__ import annotations
@@ -208,7 +208,7 @@ def _fall_warning(model: Model, fall: float) -> str:
     """Return the warning about friction that falls with speed and is not in the model."""
     unit = si_unit("effort", model.axis)
     return (
-        f"friction falls by {fall:.3g} {unit} more than in the model with rising speed: the "
+        f"with rising speed, friction falls by {fall:.3g} {unit} more than in the model: the "
         "model's coulomb may be wrong; identify with speed tests (--method stribeck-curve), or use "
         "--commissioning"
     )
@@ -232,8 +232,8 @@ def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
     """Return a copy of `alike`, with the kind of wear and the directional wear of `verdict`.
 
     - alike: estimate that assumes uniform wear
-    - verdict: classification of the wear; unless this is uniform wear, the result also takes the
-      mean wear, added effort, zones and inertia from it
+    - verdict: classification of the wear; if its kind is not uniform, mean wear, added effort,
+      zones and inertia of the result also come from `verdict`
     """
     if verdict.kind not in ALIKE:
         sided = replace(
@@ -280,9 +280,9 @@ def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
 def prior(model: Model) -> EstimateRange:
     """Return the prior of the wear: 1, with an interval.
 
-    The interval is the range of the Coulomb friction in bench.yaml, divided by its value. This
-    range covers the product's life. Without a range, the interval of the model is used; it does not
-    include wear after the identification.
+    The interval is the range of the Coulomb friction in bench.yaml, divided by the nominal value.
+    This range covers the product's life. Without a range, the interval of the model is used; it
+    does not include wear after the identification.
     """
     for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval

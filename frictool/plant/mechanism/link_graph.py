@@ -164,7 +164,7 @@ def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Seq
 def _redundant(
     link: Transmission, path: list[tuple[int, float, Transmission]], names: Sequence[str]
 ) -> str:
-    """Return a note if the link is redundant; raise ElementError if it closes any other loop."""
+    """Return a note if the link is redundant; raise ElementError if its loop is not allowed."""
     key = f"links.{link.name}"
     round_trip = 1.0 / link.ratio
     for _, step, _ in path:

@@ -1,4 +1,4 @@
-"""Controller document of a candidate for simulation, with unverified norms and margins."""
+"""Controller document to simulate a candidate; its norms and margins are not verified."""
 
 from __future__ import annotations
 

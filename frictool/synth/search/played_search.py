@@ -303,7 +303,7 @@ class CandidateSearch:
         return value
 
     def _play(self, design: Design, unit: Vector, parent: float) -> tuple[Candidate, float]:
-        """Return the candidate and its shortfall, which above `parent` may be a lower bound."""
+        """Return the candidate and its shortfall; above `parent`, this may be a lower bound."""
         controller = self.controller(design)
         few = [plant for plant in self.order if plant in self.hard]
         runs = [self.tests.screen(controller, few, self._above(max(parent, PROMISING)))]
