@@ -1,4 +1,4 @@
-"""Friction as a polynomial of position, one per direction (thesis 4.44, 4.41).
+"""Friction in each direction as a polynomial of position (thesis 4.44, 4.41).
 
     C_s(x, direction) = b_n x^n + .. + b_0          C_r = (mean C_r/mean C_s) C_s
 

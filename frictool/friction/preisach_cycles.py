@@ -97,7 +97,7 @@ def masing_everett() -> Vector:
 
 
 def masing_table(values: Values) -> Vector:
-    """Return the Everett table of the Masing hysteresis; n is `preisach_intervals` of `values`."""
+    """Return the Everett table of the Masing hysteresis; n is `values["preisach_intervals"]`."""
     return everett_tail(masing_cycles(int(values.get("preisach_intervals", CELLS))))
 
 

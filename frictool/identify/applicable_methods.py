@@ -64,7 +64,7 @@ def _nothing_to_use(stream: StreamSurvey, kind: str | None) -> str | None:
     if POSITION not in stream.signals and VELOCITY not in stream.signals:
         return "the log has neither position nor velocity"
     if not any(name in stream.signals for name in DRIVES):
-        return f"the log has none of {', '.join(DRIVES)}"
+        return f"the log has no drive signal ({', '.join(DRIVES)})"
     if kind == "rest":
         return "the position does not change"
     if stream.base.samples < 3:

@@ -100,7 +100,7 @@ class AxisLogs:
         return replace(self, sliding=sliding, ramps=ramps, rows=motion_rows(sliding, self.bench))
 
     def with_load(self, laws: Laws | None) -> AxisLogs:
-        """Return the logs; the known load of the ramp records becomes the load in `laws`."""
+        """Return the logs; the load in `laws` becomes the known load of the ramp records."""
         if laws is None:
             return self
         return replace(self, ramps=[with_load(record, laws) for record in self.ramps])
@@ -162,7 +162,7 @@ def sort_logs(
 
 
 def with_load(record: MotionRecord, laws: Laws) -> MotionRecord:
-    """Return the record; its known load becomes the effort of the load in `laws`.
+    """Return the record with the load in `laws` as its known load.
 
     The record is unchanged without a load, or without a measured position.
     """

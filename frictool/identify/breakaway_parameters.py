@@ -149,10 +149,10 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
     If the breakaway varies with position, the sliding parameters that were fitted under the
     assumption of constant friction are replaced. There are two candidates: a regression with
     friction over position, and a friction map. A map is fitted only if the ramps cover at least
-    half of the travel of the sliding logs. The map is used if its force error is noticeably
-    smaller, or if there is no regression. Without a candidate, only the breakaway depends on
-    position. The same is true if the model has a load or friction by direction, which the map does
-    not include.
+    half of the travel of the sliding logs. The map is used if its force error is noticeably smaller
+    than that of the regression, or if there is no regression. Without a candidate, only the
+    breakaway depends on position. The same is true if the model has a load or friction by
+    direction, which the map does not include.
     """
     ramp, fit, laws = outcome.ramp, outcome.fit, outcome.laws
     if ramp is None or (ramp.by_position is None and ramp.rising is None):

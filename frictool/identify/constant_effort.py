@@ -63,7 +63,7 @@ class ConstantStretch:
 def without_constant_effort(
     records: list[MotionRecord], bench: Bench
 ) -> tuple[list[MotionRecord], list[str]]:
-    """Return the records without samples of constant effort; a warning for each changed record.
+    """Return the records without samples of constant effort, and a warning for each changed record.
 
     Raises
     ------

@@ -103,7 +103,7 @@ class EffectRegression:
       acceleration
     - winding: True if the drive is a voltage drive whose winding can delay the effort
     - confidence: confidence of the intervals, 0 to 1
-    - load_zero: position at which the offset contains all loads, rad | m; None if it contains none
+    - load_zero: position at which the load columns are 0, rad | m; None if they are not shifted
       (`SlidingFit.load_zero`)
     """
 
@@ -614,7 +614,7 @@ def inertia_of_other_method(fit: SlidingFit) -> bool:
 
 
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
-    """Return whether noise can lower the inertia by more than the half width of its interval.
+    """Return whether noise can lower the inertia estimate by more than its half width.
 
     The result is also True if the fit has no inertia, or an inertia from the weak form or from
     means over strokes. It is False if the inertia is fixed.

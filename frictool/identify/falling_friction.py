@@ -7,7 +7,7 @@ logs. Without this effort in the model, viscous friction becomes too small, and 
 large, for every weighting of the samples. Two fits with different weightings can therefore agree,
 as `auto` requires, although both lack the fall.
 
-`explanation_search` tests a fall with several columns at once. In each column, w is another
+`explanation_search` tests a fall with several columns at once. Each column has a different w, a
 fraction of the top speed of each record. Logs with few speeds do not determine several columns. In
 this module, a fit has one column, with the same w for all records. Successive w differ by a factor
 of at most 2. The slowest 5 % of the samples (SLOWEST) have speeds below the smallest w. The largest

@@ -140,8 +140,8 @@ class SlidingFit:
       None if the axis never slips
     - tried: models that the method compared
     - constants: identified constants of a servo
-    - load_zero: position at which the offset contains all loads over position, rad | m
-      (`total_load.py`); None if the offset does not contain them
+    - load_zero: position at which the load columns are 0, so that the offset is the total load
+      there, rad | m (`total_load.py`); None if the columns are not shifted
     """
 
     parameters: dict[str, Interval]

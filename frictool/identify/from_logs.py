@@ -160,7 +160,7 @@ def _identify_servo(
     if others or request.breakaway_table is not None or request.measurement:
         raise UnusableLogs(
             "a bench with actuator.servo has no measured effort, which --ramp, --loops, "
-            "--breakaway-table and --measurement need; leave them out"
+            "--breakaway-table and --measurement need; leave these options out"
         )
     servo = identify_servo(records, bench, request.method, request.settings)
     return IdentifiedModel(

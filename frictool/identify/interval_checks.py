@@ -30,9 +30,9 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     wider, because the value in bench.yaml would not explain the log.
 
     Viscous and Coulomb friction can be 0. The part of their intervals above 0 is compared with the
-    interval in bench.yaml. The ratio of the ends of the interval of a friction is limited in two
-    cases only: if the interval is wider than the interval in bench.yaml and does not overlap it, or
-    if the bench states a value without an interval.
+    interval in bench.yaml. For friction, the ratio of the interval's ends is limited in two cases
+    only: if the interval is wider than the interval in bench.yaml and does not overlap it, or if
+    the bench states a value without an interval.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
@@ -96,9 +96,8 @@ def narrowed(interval: Interval, known: Quantity | None, constant: Quantity) -> 
     """Return the intersection of the logs' interval and the range in bench.yaml.
 
     The intersection has the confidence of `interval`, because the range in bench.yaml certainly
-    contains the true value. The value of the result is the value of `interval`, moved to the
-    nearest end of the range in bench.yaml if the value lies outside, and then to the nearest end of
-    the intersection.
+    contains the true value. The value of the result is the value of `interval`, limited first to
+    the range in bench.yaml and then to the intersection.
 
     Parameters
     ----------

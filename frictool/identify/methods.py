@@ -1,4 +1,4 @@
-"""Table of the identification methods, with the data that each method suits.
+"""Table of the identification methods, with the data for which each method is suited.
 
 A method's module is imported only when the method runs, so that `--help` stays fast.
 """
@@ -27,7 +27,7 @@ class IdentificationMethod:
     The function and its module (in `estimators/`) have the name of the method, with _ for -.
 
     - what: what the method does, as help text
-    - when: data that the method suits, as help text
+    - when: data for which the method is suited, as help text
     - reads: names of the options in OPTIONS that the method uses
     - velocity: True if the method can use a log with a measured velocity and no position
     - load: True if the method fits the load terms of the bench
@@ -141,8 +141,9 @@ _ROWS = (
     ),
     IdentificationMethod(
         "conditioned",
-        "power balance scaled by sqrt(2)/top speed; shows the condition number before and after",
-        "very high or low speeds in SI units",
+        "power balance scaled by sqrt(2)/top speed; shows the condition number before and after "
+        "scaling",
+        "speeds that are very large or small numbers in SI units",
         ("window",),
         velocity=True,
         load=True,
@@ -190,7 +191,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "sines",
-        "mean effort over mean speed in the middle of each stroke, with knees of friction over "
+        "mean effort against mean speed in the middle of each stroke, with knees of friction over "
         "speed",
         "any encoder, strokes at several speeds; friction only, with the bench's inertia",
         velocity=True,
@@ -286,7 +287,7 @@ OPTIONS = (
         float,
         0.0,
         1.0,
-        "weight of a squared error relative to one that is a stroke later",
+        "weight of a squared error relative to an error one stroke later",
         "0.99",
         low_open=True,
     ),

@@ -108,7 +108,7 @@ def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: f
         ):
             return opposite_signs(
                 [record],
-                f"the net work of the effort is {100.0 * work:.0f} % of its absolute work",
+                f"the net work of the effort, sum F dx, is {100.0 * work:.0f} % of sum |F dx|",
                 bench,
             )
     return None

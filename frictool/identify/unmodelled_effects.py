@@ -29,8 +29,8 @@ end moves beyond the interval in bench.yaml.
 The effort of a hypothesis (cause 2) is limited to a plausible size. A warning names the parameters
 that a hypothesis with the fitted effort would move out of their intervals.
 
-Noise in the acceleration makes the inertia of a regression too small. If the inertia decreases by
-more than the half width of its interval, the inertia is regarded as hidden by noise. The inertia is
+Noise in the acceleration makes the inertia of a regression too small. If this decrease exceeds the
+half width of the inertia's interval, the inertia is regarded as hidden by noise. The inertia is
 then fixed at the value in the fit or, if the fit has no inertia, in the bench. An inertia from the
 weak form or from means over strokes is fixed in the same way.
 """
@@ -214,10 +214,10 @@ def widened(
 def _beyond(
     intervals: Mapping[str, Interval], bench: Bench, effects: Sequence[AcceptedEffects]
 ) -> tuple[str, Sequence[str]] | None:
-    """Return the first effect whose effort, as fitted, moves values out of their intervals.
+    """Return the first effect whose effort, as fitted, moves parameters out of their intervals.
 
-    The result is the name of the effect, and the names of these parameters. No effect moves a value
-    beyond the interval in bench.yaml.
+    The result is the name of the effect, and the names of these parameters. No effect moves a
+    parameter beyond the interval in bench.yaml.
     """
     for effect in effects:
         names = []

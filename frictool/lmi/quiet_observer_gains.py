@@ -1,27 +1,29 @@
-"""Switched-observer gains with the least noise amplification for a given bound of the model error.
+"""Switched-observer gains with least noise amplification for a bounded effect of the model error.
 
 switched_observer_gains.py states the inequality (6.6) of the thesis and its symbols. Many gains are
 nearly optimal for (6.6). Since (6.6) contains no noise, the optimal gains correct the error within
 one or two samples and therefore amplify the noise of a coarse encoder. Here the gains minimise nu
 subject to
 
-    |z| <= factor gamma* |Delta|    gamma*: the smallest gamma with the requested decay
-    |z| <= nu |w|                   y = C_i x + n_i w: noise w, which enters the error as -L_i n_i w
+    |z| <= factor gamma* |Delta|    z: weighted estimation error, Delta: model error;
+                                    gamma*: the smallest gamma with the requested decay
+    |z| <= nu |w|                   w: noise in y = C_i x + n_i w; it enters the error as -L_i n_i w
 
 Both bounds are proved with the same P_i. For every allowed switch (i, j), a slack matrix G_i
-replaces the factor P_i of (6.6), with V_i = G_i' L_i. In the noise inequality, -V_i n_i replaces
-G_i' Q_i, nu replaces gamma, and lambda is 1:
+replaces the factor P_i of (6.6), with V_i = G_i' L_i. The first bound becomes
 
     [lambda^2 P_i - C-bar_i' C-bar_i   0           A_i' G_i - C_i' V_i']
     [ *                                gamma^2 I   Q_i' G_i            ]  >  0
     [ *                                *           G_i + G_i' - P_j    ]
 
-(J. Daafouz, P. Riedinger, C. Iung, IEEE TAC 47, 2002). With G_i = P_i the inequality is (6.6), in
-which lemma 6.2.1 requires P_j < 2 P_i for every switch. If the wear alpha acts in opposite
-directions in two successive modes, this requirement excludes a fast estimate of alpha.
+(J. Daafouz, P. Riedinger, C. Iung, IEEE TAC 47, 2002). The second bound, the noise inequality, has
+-n_i' V_i' in place of Q_i' G_i, nu in place of gamma, and lambda = 1. With G_i = P_i the first
+inequality is (6.6), in which lemma 6.2.1 requires P_j < 2 P_i for every switch. If the wear alpha
+acts in opposite directions in two successive modes, this requirement excludes a fast estimate of
+alpha.
 
-gamma* is a result of the solver. With the computed gains and P_i, the bounds `factor` times gamma*
-and nu are checked by (6.9).
+gamma* is a result of the solver. With the computed gains and P_i, (6.9) checks both bounds, factor
+gamma* and nu.
 """
 
 from __future__ import annotations

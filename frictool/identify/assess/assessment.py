@@ -71,8 +71,8 @@ class Assessment(ResultView):
 
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
-    - drive: shortest times, on the slowest and the fastest axis, in which the drive can complete
-      95 % of a position step; None if the distance of the step is unknown
+    - drive: shortest times in which the drive can complete 95 % of a position step, for the slowest
+      and the fastest plant in the a-priori intervals; None if the step is unknown
     """
 
     bench: Bench
@@ -141,7 +141,7 @@ def _row(
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
-    """Return the largest encoder step up to the bench's step that gives the precision `target`.
+    """Return the largest encoder step, at most the bench's step, with the precision `target`.
 
     Return None if even a step of FINEST times the bench's step does not give this precision.
     """
@@ -162,7 +162,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the assessments of those `counted` parameters that exceed 0 but are unidentifiable."""
+    """Return the assessments of parameters in `counted` that are not 0 and not identifiable."""
     return [
         row
         for row in assessment.rows

@@ -89,7 +89,7 @@ def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str)
     return [
         *lines,
         _question(
-            f"behind a low-pass filter of {facts.fastest:.3g} s, worst case",
+            f"after a low-pass filter with time constant {facts.fastest:.3g} s, worst case",
             up_to(best),
             row.target,
             best <= row.target,

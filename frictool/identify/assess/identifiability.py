@@ -93,7 +93,7 @@ def differentiation(
         return None
     tau = filter_for(min(max((wanted / raw) ** 2, slowest), LARGEST_RATIO), facts.sensing.period)
     bound = raw * math.sqrt(noise_ratio(tau, facts.sensing.period))
-    why = f"{worst_case(raw)}, {up_to(bound)} behind a low-pass filter of {tau:.3g} s"
+    why = f"{worst_case(raw)}, {up_to(bound)} after a low-pass with time constant {tau:.3g} s"
     return Identifiability(True, precision, bound, why, DIFFERENTIATION, SINES, tau)
 
 
@@ -148,7 +148,7 @@ def statistical(facts: AssessmentInputs) -> dict[str, float]:
 
 
 def best_window(facts: AssessmentInputs) -> int:
-    """Return the length [samples] of the smoothing window with the smallest errors."""
+    """Return the length [samples] of the window with the smallest error of the inertia."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[1]
 
 
@@ -228,8 +228,8 @@ def _breakaway(facts: AssessmentInputs, wanted: float) -> Identifiability:
     late = onset_precision.latest / facts.breakaway
     precision = QUANTILE * onset_precision.deviation / facts.breakaway
     why = (
-        f"under a ramp of {facts.rate:.3g} per second, the onset is seen when the effort is "
-        f"{up_to(late)} above the breakaway; corrected with {facts.onsets:g} onsets"
+        f"in a ramp of {facts.rate:.3g} N m/s or N/s, the onset shows when the effort is "
+        f"{up_to(late)} above the breakaway; the mean over {facts.onsets:g} onsets is corrected"
     )
     fine = precision <= wanted
     return Identifiability(fine, precision, late, why, "ramps" if fine else None, RAMPS)

@@ -12,10 +12,9 @@ covariance N^-1 C N^-1, where N = G'G and C is the covariance of G'n. The encode
 regressor c*x decreases the fitted inertia by the relative amount (power of the noise)/(power of
 c*x). This error is large if the window is too short.
 
-These errors exceed the Cramér-Rao bound, because all rows have equal weight. They are standard
-deviations if the encoder errors are independent. These are independent if the axis moves
-about one count per sample or more. The formulas (4.3) and (4.8) of the thesis are worst-case
-bounds.
+The computed errors exceed the Cramér-Rao bound, because all rows have equal weight. They are
+standard deviations if the encoder errors are independent, as in motions of about one count per
+sample or more. The formulas (4.3) and (4.8) of the thesis are worst-case bounds.
 """
 
 from __future__ import annotations

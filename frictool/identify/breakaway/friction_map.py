@@ -68,7 +68,7 @@ def friction_map(
 ) -> IdentifiedFrictionMap:
     """Fit a friction map to sliding `records` and `ramps`.
 
-    - first: breakaway by a first evaluation of the ramps; depends on the position
+    - first: breakaway by a first evaluation of the ramps, as a function of the position
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`; bench.yaml gives the offset
 
     The ramps are evaluated again with the Coulomb friction of the map. Raises UnusableLogs if the

@@ -4,9 +4,9 @@ Each breakaway is described by a line that is fitted to the effort at rest, and 
 which the encoder's count changes after the onset of motion. Onsets inside the backlash after a
 reversal are left out, because only the motor moves there.
 
-Flicker of the encoder between two counts is no motion. If a long pause follows a motion by a single
-count, or within the backlash, while the effort keeps rising, this motion is no onset: the drive
-train has yielded. A sliding axis would have reached the next count sooner (`_later`).
+Flicker of the encoder between two counts is no motion. A motion by a single count, or within the
+backlash, is no onset if a long pause follows while the effort keeps rising: the drive train has
+yielded. A sliding axis would have reached the next count sooner (`_later`).
 
 The detection uses only the changes of the measured effort, so that a constant load or offset does
 not change the detected onsets. The effort of a known load is subtracted from the level of each
@@ -415,7 +415,7 @@ def _straight_from(record: MotionRecord, start: int, end: int) -> int | None:
 
 
 def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
-    """Return the weight `timing` of an onset, the mean square distance per sample [counts^2]."""
+    """Return the weight `timing` (onset.py): mean square of the distance [counts] per sample."""
     if time.size < 2:
         return 1.0  # any positive number: one change alone does not determine the position
     return float(

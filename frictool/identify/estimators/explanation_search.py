@@ -18,7 +18,7 @@ significantly and noticeably, and the parameters of the hypothesis differ signif
 longer explains effort with smoothing windows of twice the length. A load that noise hides is used
 if it passes both tests with these longer windows. At the end, a hypothesis is removed again in two
 cases: the prediction errors increase little without the hypothesis, or a parameter that cannot be
-negative has become negative, such as the ratio of friction to inertial load. A spring of negative
+negative has become negative, such as the coefficient of |acceleration|. A spring of negative
 stiffness is not used either: over a part of the travel, other effects look like such a spring, and
 such effects are more frequent.
 

@@ -170,7 +170,7 @@ def check_records(records: list[MotionRecord], _bench: Bench | None = None) -> N
 def _rows(
     record: MotionRecord, bench: Bench, cutoff_hz: float, order: int
 ) -> tuple[RegressionSamples, NDArray[np.bool_]]:
-    """Return the regression rows (n,) of a record, and a mask (n,) of rows that certainly slip."""
+    """Return n regression rows of a record, and a mask (n,): True if the axis certainly slips."""
     if 2.0 * cutoff_hz * record.period >= 1.0:
         raise UnusableLogs(
             f"a cut-off of {cutoff_hz:g} Hz is not below half of the sampling rate; allowed: below "
@@ -224,7 +224,7 @@ def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:
 
 
 def _sums(columns: Matrix) -> Matrix:
-    """Return the regressors with breakaway itself in place of breakaway minus Coulomb friction."""
+    """Return the regressors (n, 4): Coulomb, viscous, breakaway, offset."""
     return np.column_stack((columns[:, 0] - columns[:, 2], columns[:, 1:]))
 
 

@@ -9,8 +9,8 @@ A candidate is allowed if its force error is at most twice the smallest force er
 with a wrong effort may still simulate the position well. The first allowed candidate with a
 position error at most a tenth above the smallest is chosen. The order of preference is: the method
 that the decision scheme of `auto` prefers, other regressions, output error. Output error is
-rejected if a parameter of the regression with the same load terms lies outside the interval by
-output error. This regression is fitted to all logs, and is available even if the halves of the logs
+rejected if its interval of a parameter does not contain the value by the regression with the same
+load terms. This regression is fitted to all logs, and is available even if the halves of the logs
 are too short for a fit.
 
 If the fit includes a disturbing effect (`rows/effects.py`), the preferred method is used without a
@@ -172,11 +172,12 @@ def _winner(
 ) -> tuple[PredictionScore, SlidingFit, str]:
     """Return the chosen candidate, its fit, and a text that says why the first choice was rejected.
 
-    The text is empty if the first choice was not rejected. Output error is rejected if a parameter
-    of an allowed regression with the same load terms lies outside the interval by output error.
-    In this case, both models lack an effect, for example a breakaway at the reversals, and output
-    error compensates the missing effect by wrong parameters. A candidate is also rejected if a load
-    that the bench does not declare may be 0 according to the regression.
+    The text is empty if the first choice was not rejected. Output error is rejected if its interval
+    of a parameter does not contain the value by an allowed regression with the same load terms.
+    Both models then lack an effect, such as a breakaway at the reversals, and output error
+    compensates the missing effect by wrong parameters. A candidate is also rejected if its fit
+    fails, or if a load that the bench does not declare is within SURE half widths of 0 in the
+    regression.
     """
     best = min(score.position for score in allowed)
     winner = next(score for score in allowed if REFINED * score.position <= best)

@@ -266,7 +266,7 @@ class SearchedRecords:
 
         On a rotary axis, a ripple has a whole number of cycles per turn. With few periods within
         the travel, the other loads resemble the ripple, so that the spectrum of the residual does
-        not show the ripple's number of cycles. `ripple` explains parameters and result.
+        not show the ripple's number of cycles. Parameters and result are those of `ripple`.
         """
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if not self.rotary or position is None or len(waves) == MOST_HARMONICS:

@@ -174,7 +174,7 @@ def _best_delay(
 
 
 def free_strokes(segment: RecordSegment) -> IntVector:
-    """Return the number of strokes since the torque was disabled, for each sample (n,).
+    """Return the number (n,) of strokes completed since the torque was disabled.
 
     The number is 0 in the first stroke without torque, and while the torque is enabled.
     """

@@ -90,9 +90,9 @@ def excite(kind: str, bench: Bench, settings: ExcitationSettings) -> ExcitationS
     Raises
     ------
     NoSolutionError
-        If the test exceeds a limit of the bench, if the test has more than MOST_SAMPLES samples, or
-        if a test whose length no setting determines takes longer than LONGEST. The message names
-        the limit.
+        If the test exceeds a limit of the bench or has more than MOST_SAMPLES samples, or if no
+        setting determines its length and the test takes longer than LONGEST. The message names the
+        limit.
     """
     sequence = MAKERS[kind](bench, limits_of(bench), settings)
     names = LENGTHS[kind]

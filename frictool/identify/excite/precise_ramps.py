@@ -47,8 +47,8 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     Parameters
     ----------
     bench
-        Bench; the test respects the limits of the bench for all parameter values within the
-    a-priori intervals. request
+        Bench; the test respects its limits for all values within the a-priori intervals.
+    request
         Requested precision of the breakaway. If the request has a duration, the result is the most
         precise test of this duration.
 

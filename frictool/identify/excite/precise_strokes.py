@@ -140,8 +140,8 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     Parameters
     ----------
     bench
-        Bench; the test respects the limits of the bench for all parameter values within the
-    a-priori intervals. request
+        Bench; the test respects its limits for all values within the a-priori intervals.
+    request
         Requested precisions of inertia, viscous friction, Coulomb friction and offset; precisions
         of other parameters are ignored.
 
@@ -329,7 +329,7 @@ def _unreachable(bench: Bench, request: PrecisionRequest, needed: float | None) 
     limit = (
         f"time: {wanted} needs a test of {needed:.3g} s; allowed: at most {request.longest:.4g} s"
         if needed is not None
-        else "travel: even strokes over all of it do not separate "
+        else "travel: even strokes over the whole travel do not separate "
         f"{', '.join(request.only(SLIDING))}"
     )
     return NoSolutionError("; ".join([limit, *remedies(bench, request, needed)]))

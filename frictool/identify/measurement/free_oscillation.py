@@ -238,7 +238,7 @@ def _share(
 ) -> tuple[float, float]:
     """Return `share` of the module docstring, and its standard error.
 
-    motion: complex amplitude of the position, the real part of motion exp(pole t); pole = -s + i w.
+    motion: complex amplitude of the position Re(motion exp(pole t)); pole = -s + i w.
     """
     values = _fitted(columns, stop.effort)
     residual = stop.effort - columns @ values

@@ -43,7 +43,8 @@ def levenberg_marquardt(
         Function of the unknowns that returns the derivatives of the residuals with respect to the
         unknowns, (m, n).
     start
-        Start values of the unknowns, (n,). tolerance
+        Start values of the unknowns, (n,).
+    tolerance
         The search ends when a step reduces the sum of squares by less than this fraction, or when
         no step reduces it.
     most_evaluations

@@ -5,7 +5,7 @@ An error is compared with two limits, relative to the rms of the measured signal
     limit^2 = (DOUBTFUL_FORCE_ERROR share)^2 + noise^2
     widest^2 = limit^2 + intervals^2
 
-The error is the force error. `share` is the rms of the effort without the model's offset, relative
+The error is the force error. `share` is the rms of the effort minus the model's offset, relative
 to the rms of the effort, and at most 1: an offset such as the weight on a vertical axis says
 nothing about friction. `noise` is the rms effort that noise of the encoder causes through the
 acceleration. `intervals` is the rms change of the model's effort if each sliding parameter moves to
@@ -138,7 +138,7 @@ def judged_force(
     intervals = _intervals(model, values, rows)
     shown = f"force error {100.0 * error:.3g} %, limit {100.0 * limit:.3g} %"
     if share < MOSTLY_OFFSET:
-        shown += f" ({100.0 * DOUBTFUL_FORCE_ERROR:.3g} % of the effort without the offset)"
+        shown += f" ({100.0 * DOUBTFUL_FORCE_ERROR:.3g} % of the effort minus its offset)"
     if error > limit and is_ramp(record, model.bench):
         line = f"undecided: {shown}; breakaway ramps show too little sliding"
         return Judgement(None, error, limit, line, "validate on strokes or steps")

@@ -34,7 +34,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return a table for each topic; raise LogError if the file has no message of a topic."""
+    """Return a table for each topic; raise LogError if the file has no data message."""
     open_log(path).close()
     return open_guarded(path, _open)
 
@@ -70,7 +70,7 @@ def _open(path: Path) -> Sequence[LibraryTable]:
                 )
             )
     if not tables:
-        raise LogError(path, f"has no message of a topic{'; it is damaged' if damage else ''}")
+        raise LogError(path, f"contains no data messages{'; it is damaged' if damage else ''}")
     return tables
 
 

@@ -242,8 +242,8 @@ def _is_header(body: bytes) -> bool:
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
     """Return True if the lengths inside a body agree with the record's length.
 
-    The body of a message contains no lengths, so that its times are checked instead. A footer or
-    data end record only has its own length checked. The result is False for kinds of records at
+    The body of a message contains no lengths, so that its times are checked instead. Of a footer
+    or data end record, only the length is checked. The result is False for kinds of records at
     which reading is not resumed.
     """
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:

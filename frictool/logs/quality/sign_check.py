@@ -43,7 +43,7 @@ WINDOWS = 400
 class SignCheck:
     """Result of the check of signs.
 
-    work: net work of the effort divided by its absolute work, -1 to 1; None if `net_work` cannot
+    work: net work of the effort divided by sum |F dx|, -1 to 1; None if `net_work` cannot
         determine it.
     reversed: names of the signals with a reversed sign. An element such as "position or effort"
         means that one of these two signals is reversed.
@@ -59,8 +59,9 @@ class SignCheck:
         names = " or ".join(self.reversed)
         if self.work is not None and self.work <= -CLEAR:
             finding = (
-                f"the effort takes energy from the axis ({100 * self.work:.0f} % of the work): "
-                f"another force moves the axis, or the sign of {names} is reversed"
+                "the effort takes energy from the axis (net work "
+                f"{100 * self.work:.0f} % of sum |F dx|): another force moves the axis, "
+                f"or the sign of {names} is reversed"
             )
         else:
             finding = (
@@ -143,7 +144,7 @@ def _window(position: Vector) -> int:
 
 
 def net_work(position: Vector, effort: Vector) -> float | None:
-    """Return the net work of the effort divided by its absolute work, -1 to 1.
+    """Return the net work sum F dx of the effort F divided by sum |F dx|, -1 to 1.
 
     position, effort: samples (n,).
 
