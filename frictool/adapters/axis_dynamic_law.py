@@ -84,8 +84,8 @@ def dynamic_law_of(model: Model, axis: AxisParameters) -> AxisDynamicLaw | None:
 def assumed_fall(model: Model) -> str:
     """Return a remark if the presliding law uses an assumed Stribeck velocity, else "".
 
-    The velocity is assumed if the model states no Stribeck velocity, but a breakaway above the
-    Coulomb friction.
+    The velocity is assumed if the model states a breakaway above the Coulomb friction and no
+    Stribeck velocity.
     """
     document, today = model.presliding, model.parameters
     if (
@@ -98,16 +98,16 @@ def assumed_fall(model: Model) -> str:
     contact = getattr(document, document.law, None) or document
     speed = today.breakaway.value / math.sqrt(contact.stiffness.value * today.inertia.value)
     return (
-        f"presliding by {document.law} without stribeck_velocity: simulations use a Stribeck "
-        f"velocity of {speed:.3g} "
+        f"the model has presliding by {document.law} without stribeck_velocity: simulations use "
+        f"a Stribeck velocity of {speed:.3g} "
         f"{'rad/s' if model.axis == 'rotary' else 'm/s'}, the speed of the contact's oscillation"
     )
 
 
 def _bank(fitted: MaxwellSlip, breakaway: float, limit: float) -> tuple[float, Vector]:
-    """Return the displacement [rad | m] at breakaway and the elements (2 n,) of a Maxwell-slip law.
+    """Return the displacement [rad | m] at breakaway, and the result (2 n,) of `bank_tail`.
 
-    The elements represent the fitted friction over the displacement, up to the breakaway. If the
+    The n elements represent the fitted friction over the displacement, up to the breakaway. If the
     fitted curve ends below the breakaway, a straight line extends it to the breakaway at the
     displacement `limit`.
     """

@@ -28,7 +28,7 @@ NEVER = 1e30
 
 
 def axis_of(model: Model, **overrides: float) -> AxisParameters:
-    """Return the model's axis in SI, with end stops at the travel in bench.yaml.
+    """Return the model's axis in SI, with end stops at both ends of the bench's travel.
 
     `overrides`: values of fields of AxisParameters. An overridden Coulomb or viscous friction
         scales the model's friction (adapters/friction_levels.py). An overridden breakaway applies

@@ -4,7 +4,7 @@ A plant (a vertex, or a randomly drawn plant) has one number for Coulomb frictio
 viscous friction. For the model, these two levels are
 
     coulomb   mean of F_c over the travel in bench.yaml and both directions
-    viscous   steepest slope over the speed regimes, mean of both directions
+    viscous   slope of the friction in the steepest speed regime, mean of both directions
 
 If the Coulomb level of a plant is c times the model's level, all dry friction is multiplied by c:
 F_c and breakaway of both directions at every position, and the friction inside the backlash. If a
@@ -129,7 +129,7 @@ def _opposite(model: Model, name: str) -> Quantity:
 
 
 def _mean_factors(model: Model) -> Ends:
-    """Return the mean friction over the travel, relative to `coulomb`: (forward, backward)."""
+    """Return (forward, backward): mean over the travel of the position's factor on `coulomb`."""
     travel = model.bench.mechanics.travel
     law = None if model.laws is None else model.laws.position
     if travel is None or law is None or not travel.low < travel.high:

@@ -74,11 +74,11 @@ def ranges(
 
 
 def breakaway_interval(model: Model) -> tuple[float, float] | None:
-    """Return the interval of the breakaway [N m | N] that does not depend on the Coulomb friction.
+    """Return the interval of the breakaway [N m | N] if the Coulomb friction does not determine it.
 
-    This is the range in bench.yaml together with the model's interval. Without a range in
-    bench.yaml, the result is the interval from the logs if the logs do not show the Coulomb
-    friction. Return None if there is no such interval, so that `breakaway_ratio` applies.
+    If bench.yaml has a range of the breakaway, the result covers this range and the model's
+    interval. Otherwise, if the logs show the breakaway but not the Coulomb friction, the result is
+    the model's interval. In all other cases, return None; `breakaway_ratio` then applies.
     """
     today, lifelong = model.parameters, model.bench.mechanics.breakaway
     if lifelong is not None and lifelong.interval[0] < lifelong.interval[1]:

@@ -65,8 +65,8 @@ def shortest_step_times(
     length
         Length of the step, rad | m, above 0.
     overshoot
-        Largest overshoot relative to the length; None to allow 5 % of the length or one encoder
-        step, as in the definition of the response time.
+        Largest overshoot relative to the length; None to allow 5 % of the length, or one encoder
+        step if this is larger.
 
     Returns
     -------

@@ -145,8 +145,8 @@ def coulomb_change(model: Model) -> tuple[Vector, Vector, Vector]:
     tuple of three arrays (n,)
         Rising positions [rad | m]; Coulomb friction minus its mean [N m | N] in the positive
         direction, and in the negative direction. Linear interpolation differs from the law by at
-        most TABLE_ERROR times the mean Coulomb friction, unless this needs more than MOST_POSITIONS
-        points. The arrays are empty if the friction does not depend on the position.
+        most TABLE_ERROR times the mean Coulomb friction. The error may be larger for n >=
+        MOST_POSITIONS. The arrays are empty if the friction does not depend on the position.
     """
     law = None if model.laws is None else model.laws.position
     if law is None:

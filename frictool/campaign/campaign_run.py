@@ -228,7 +228,7 @@ def conduct(
     """Run the trials of all draws, and search for the worst cases if `evaluations` is not 0.
 
     `shared`: result of `sharing`.
-    `commands`: function that returns the commands to simulate the scenario file of a given name.
+    `commands`: maps the name of a scenario file to the commands that simulate the file.
 
     Raises NoSolutionError if the simulation of the nominal plant decides no requirement.
     """

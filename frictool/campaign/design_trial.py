@@ -75,7 +75,10 @@ class DesignTest:
 
     @cached_property
     def extremes(self) -> tuple[int, ...]:
-        """Return the vertices at the range ends in EXTREMES, as indices; (0,) without vertices."""
+        """Return the plant indices of the vertices at the range ends that EXTREMES lists.
+
+        Without vertices, the result is (0,), the nominal plant.
+        """
         if not self.vertices:
             return (0,)
         vertices = self.plants[1 : 1 + self.vertices]

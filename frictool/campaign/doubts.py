@@ -152,4 +152,5 @@ def _of_side(model: Model, controller: Controller, test: DesignTest | None) -> t
         path = test.judge.reference_range(controller)
         if left := side.left_words(model.axis, *path, "steps"):
             return f"{left}; limit the steps to this side (--scenario), or log the other side", ""
-    return "", f"valid {side.place(model.axis)} only; elsewhere, the logs show another load"
+    place = side.place(model.axis)
+    return "", f"the model is valid {place} only; elsewhere, the logs show another load"

@@ -45,7 +45,7 @@ UNJUDGED = (*LONG_HOLD, "modulus_margin")  # the margin does not depend on the s
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShorterStep(ResultView):
-    """Verdict on steps of `length` [rad | m]: from the position `start`, back, and out again."""
+    """Verdict on steps of `length` [rad | m]: from `start` inwards, back, and inwards again."""
 
     length: float
     start: float
@@ -82,7 +82,7 @@ class ShorterSteps(ResultView):
     def worst(self) -> tuple[ShorterStep, PlayedRequirement] | None:
         """Return the largest violation of a limit, and its step; None if all limits are met.
 
-        A violation without a number, such as an axis that never settles, is returned only if there
+        A violation without a number, as of an axis that never settles, is returned only if there
         is no other violation.
         """
         broken = [

@@ -38,7 +38,7 @@ drift.
 
 PARAMETERS is a friction.yaml, or the model.yaml of an actuator. Parameters that a model lacks are
 scaled from the built-in set, and so are the tests. Parameters that violate a stability condition of
-the hybrid laws are an error; with --allow they are run nevertheless.
+the hybrid laws are an error; with --allow, the tests run nevertheless.
 
 -o NAME.html (or -, stdout) writes one page. Any other name is a folder for the page and the figures
 as JSON.
@@ -73,7 +73,7 @@ class LawOption(click.Option):
 @click.option(
     "--allow",
     is_flag=True,
-    help=("Run parameters that violate a stability condition of the hybrid laws, with a warning."),
+    help=("Only warn of parameters that violate a stability condition of the hybrid laws."),
 )
 @click.option(
     "--explain", is_flag=True, help="List the results that differ from the tables of the thesis."

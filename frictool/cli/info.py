@@ -24,7 +24,7 @@ Example:
 Show the contents and the quality of a log: channels, sample rate and jitter, gaps, resolution of
 the encoder and of every other signal, velocities, saturation, signals that keep a value for several
 samples, the kind of test, the sign of the effort relative to the motion, lost data, and the
-identification methods that the log suits.
+identification methods that suit the log.
 
 With --bench, a raw bench file is shown in SI, samples at the actuator's limit are counted, and the
 identification methods are tried on a log of at most 262 144 samples.

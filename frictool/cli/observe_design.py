@@ -94,8 +94,8 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     "--decay",
     type=FiniteRange(0.0, 1.0, min_open=True),
     help=(
-        "Switched kinds: decay factor of the error per sample; 1 for no decay. [default: 0.997, "
-        "nearer to 1 below 1 ms]"
+        "Switched kinds: decay factor of the error per sample; 1 for no decay. [default: 0.997; "
+        "closer to 1 for sample periods below 1 ms]"
     ),
 )
 @click.option(

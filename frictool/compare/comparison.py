@@ -147,7 +147,7 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """Yield a function like `map` that uses `workers` processes, or only this one if it is 1."""
+    """Yield a function like `map` that uses `workers` processes; 1: the present process."""
     if workers <= 1:
         yield map
         return

@@ -60,7 +60,7 @@ def law_values(setting: ComparisonSetting) -> dict[str, float]:
 def setting_violations(
     setting: ComparisonSetting, laws: tuple[str, ...]
 ) -> tuple[list[str], list[str]]:
-    """Return the conditions of the hybrid laws among `laws` that the setting violates.
+    """Return the conditions that the setting violates, for the hybrid laws among `laws`.
 
     The first list contains the violated requirements as text, the second the violated
     recommendations. friction/hybrid_time_step.py lists the conditions. The conditions on sample
@@ -272,7 +272,7 @@ class LawSimulator:
         }
 
     def _breakaway(self, law: str, rate: float) -> float:
-        """Return the largest friction in a force ramp, until 10 times the Stribeck velocity."""
+        """Return the largest friction in a force ramp, at speeds below 10 Stribeck velocities."""
         setting = self._setting
         growth = rate * self._setting.scales.force / self._setting.scales.time
         ran = self.run(

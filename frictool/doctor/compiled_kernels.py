@@ -138,7 +138,7 @@ def _is_current(state: Path, sources: Sources) -> bool:
 
 
 def check_old_kernels(left: list[OldKernelFolder]) -> InstallationFinding:
-    """Return a finding with number and size of the folders `left` of older compiled kernels."""
+    """Return a finding with the number and the total size of the older kernel folders `left`."""
     size = sum(one.folder.size for one in left)
     facts: dict[str, Any] = {
         "folders": [

@@ -103,7 +103,10 @@ def intolerable_lag(late: Estimate | None, controller: Controller) -> str:
 
 
 def refuse_sensor_lag(bench: Bench, what: str) -> None:
-    """Raise NoSolutionError if the position sensor has a lag, which `what` would ignore."""
+    """Raise NoSolutionError if the position sensor has a lag.
+
+    what: clause on the work that would ignore the lag, such as "synth designs a controller".
+    """
     lag = bench.encoder.lag_s
     if lag > 0.0:
         raise NoSolutionError(

@@ -41,8 +41,8 @@ def body_of(
     """Return a body with a static friction law, for the event-driven engine.
 
     p: parameter array, `law.pack(...)`. All other fields of the body have their default values.
-    Raises ValueError for a law that is not static or treats low velocities as rest, and for an
-    extension that the law does not support.
+    Raises ValueError if the law is not static, treats low velocities as rest, or does not support
+    the extension.
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:

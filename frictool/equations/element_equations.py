@@ -301,7 +301,8 @@ def _winding(name: str, element: Source, notation: Notation, drive: Term) -> Con
     supply = notation.parameter(
         "U", "U", name, Quantity(element.winding.voltage_v, unit="V"), f"{key}.voltage_v"
     ).of(key)
-    text = f"{name} has the supply's voltage: |{resistance.text} + {back.text}| <= {supply.text}"
+    voltage = f"|{resistance.text} + {back.text}|"
+    text = f"the supply limits the voltage of {name}: {voltage} <= {supply.text}"
     return Condition(
         text,
         rf"\left|{resistance.latex} + {back.latex}\right| \leq {supply.latex}",

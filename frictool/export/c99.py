@@ -221,7 +221,7 @@ def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dic
 
 
 def _bracketed(literal: str) -> str:
-    """Return a C literal as the text of a macro."""
+    """Return a C literal for a macro, in brackets if it is negative."""
     return f"({literal})" if literal.startswith("-") else literal
 
 

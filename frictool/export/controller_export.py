@@ -247,7 +247,7 @@ def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportRe
     if number != "double":
         unit = si_unit(controller.drive, controller.axis)
         apart = (
-            f"; mode differs from double: {vectors.apart} sample{'s' * (vectors.apart > 1)}"
+            f"; the mode differs at {vectors.apart} sample{'s' * (vectors.apart > 1)}"
             if vectors.apart
             else ""
         )

@@ -1,4 +1,4 @@
-"""Hybrid version A, without presliding (thesis 3.28-3.31).
+"""Hybrid law, version A: no presliding (thesis 3.28-3.31).
 
     mode 0   v' = -p0 v, F = u           C_{0->1}: |u| > F_s and (sign u = sign v or t_0 >= T_0)
     mode 1   Stribeck's law              C_{1->0}: (3.2)

@@ -1,4 +1,4 @@
-"""Hybrid version B, linear presliding (thesis 3.32-3.36).
+"""Hybrid law, version B: linear presliding (thesis 3.32-3.36).
 
     mode 0   z' = v, m v' = u - k1 z - k2 v     C_{0->1}: (z >= z_max, u > F_s, v >= 0)
                                                        or (z <= -z_max, u < -F_s, v <= 0)

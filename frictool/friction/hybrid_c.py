@@ -1,4 +1,4 @@
-"""Hybrid version C, presliding by the Preisach operator (thesis 3.37-3.39).
+"""Hybrid law, version C: presliding by the Preisach operator (thesis 3.37-3.39).
 
     mode 0   z' = v, m v' = u - Preisach(z) - k2 v
     mode 1 and the switching conditions C_{0->1}, C_{1->0}: as in version B

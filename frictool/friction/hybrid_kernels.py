@@ -1,4 +1,4 @@
-"""Kernels that the hybrid versions share (thesis 3.2-3.5): slip of mode 1 and capture C_{1->0}.
+"""Kernels that the hybrid laws share (thesis 3.2-3.5): slip of mode 1 and capture C_{1->0}.
 
 ====  ========  ==========================================================================
 mode  name      motion

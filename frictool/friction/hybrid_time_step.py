@@ -1,4 +1,4 @@
-"""Inequalities that the simulation parameters of the hybrid versions must meet on a rig.
+"""Inequalities that the simulation parameters of the hybrid laws must meet on a rig.
 
 The inequalities, each with its equation or section in the thesis:
 
@@ -8,8 +8,8 @@ The inequalities, each with its equation or section in the thesis:
     (3.31)  T_0 >= T_e_min             the body stays at rest for at least one integration step
     3.2     Sigma > 3 v_s              at the speed Sigma, the Stribeck effect has decayed
 
-A body that slips at a speed below Sigma is captured, which means that the body sticks, unless the
-effort in the direction of motion reaches the Coulomb friction (hybrid_kernels.py). The classes of
+A slipping body is captured, which means that the body sticks, if its speed is below Sigma and the
+effort in the direction of motion is below the Coulomb friction (hybrid_kernels.py). The classes of
 this module define the other symbols.
 """
 
@@ -25,7 +25,7 @@ from frictool.friction.parameter import Axis
 
 @dataclass(frozen=True)
 class HybridBench:
-    """Data of a rig that limit the simulation parameters of the hybrid versions.
+    """Rig data that limit the simulation parameters of the hybrid laws (versions A to C).
 
     - sample_period: sample period T_s of the controller, s
     - encoder_step: encoder step delta_x, m | rad
@@ -44,7 +44,7 @@ class HybridBench:
 
 @dataclass(frozen=True)
 class HybridSettings:
-    """Simulation parameters of a hybrid version.
+    """Simulation parameters of a hybrid law.
 
     - convergence_rate: p0, decay rate of the remaining velocity after the switch to stick, 1/s
     - capture_velocity: Sigma, speed below which a slipping body may be captured, m/s | rad/s

@@ -43,7 +43,7 @@ class BlockNames:
         if name == GROUND:
             raise ElementError(
                 key,
-                f"found {GROUND}, which does not move; allowed: a block: {', '.join(self.names)}",
+                f"found {GROUND}, which does not move; allowed: the blocks {', '.join(self.names)}",
             )
         if name in self.names:
             return self.names.index(name)

@@ -66,7 +66,7 @@ def check_sensor(name: str, sensor: Sensor, blocks: BlockNames) -> None:
     if kind == "linear" and sensor.counts_per_revolution is not None:
         raise ElementError(
             f"{key}.counts_per_revolution",
-            f"found for {sensor.on}, which {MOTION[kind]}; allowed: the key step, with a length",
+            f"{sensor.on} {MOTION[kind]}, without revolutions; write the key step, with a length",
         )
     check_unit(f"{key}.step", sensor.step, "position", kind, sensor.on)
 

@@ -210,8 +210,8 @@ def _compliance(key: str, link: Transmitting, end: str, blocks: BlockNames) -> C
         raise ElementError(
             f"{key}.backlash.compliance",
             (
-                "found two compliances, of the link and of its backlash; allowed: one, with "
-                "the damping of both"
+                "found a compliance of the link and one of its backlash; allowed: one compliance, "
+                "with the elasticity and the damping of both"
             ),
         )
     if link.compliance is not None and backlash is not None and backlash.restitution:

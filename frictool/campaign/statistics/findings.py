@@ -53,8 +53,8 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        If `reached` is True, the outcome is UNDECIDED with a `doubt` or a requirement that no trial
-        decides, else PASS. If `reached` is False, the outcome is
+        If `reached` is True, the outcome is PASS or, with a `doubt` or a requirement that no trial
+        decides, UNDECIDED. If `reached` is False, the outcome is
 
         - UNDECIDED if all trials are undecided, or if no rate is required and no trial fails,
         - NOT SHOWN if more draws may show the required pass rate,

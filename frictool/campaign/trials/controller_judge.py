@@ -113,7 +113,7 @@ class PlayedVerdict(ResultView):
 
     @property
     def passed(self) -> bool:
-        """Return True if every plant was simulated, no limit is violated, at least one is met."""
+        """Return True if every plant was simulated, a limit is met, and no limit is violated."""
         return not self.failed and not np.any(self.met == 0) and bool(np.any(self.met == MET))
 
     def _worst(self, index: int) -> PlayedRequirement:

@@ -85,7 +85,7 @@ def worst_cases(
     """Return the worst case of each requirement that at least one draw decides.
 
     `evaluations`: largest number of plants to try for each requirement.
-    `commands`: function that returns the commands that simulate a scenario.
+    `commands`: maps the name of a scenario file to the commands that simulate the file.
     `progress`: `progress(label)` returns a context manager that yields a callback taking the
         completed fraction, 0 to 1.
     """

@@ -22,7 +22,7 @@ MOST_RANGES = 3  # largest number of ranges that a refusal lists
 
 
 class ReachedValue(NamedTuple):
-    """Best value of a requirement that the candidates of a search reached.
+    """Best value of one requirement among the candidates of a search.
 
     The value of a candidate is the worst value in its tests. A candidate far from the limits was
     tested with few plants.
@@ -70,8 +70,8 @@ def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
     """Return lines with the details if no design was found.
 
     The lines state the number of candidates, the fastest response that the drive allows, and the
-    values of the best candidate. They also list each limit of a single requirement, and the range
-    of a parameter, that would let a candidate pass every test.
+    values of the best candidate. They also list relaxed limits and a narrower parameter range; each
+    of these alone would let a candidate pass every test.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
@@ -109,11 +109,14 @@ def _several_lines(findings: SearchFindings, model: Model) -> list[str]:
         ends = f"{one.low:.4g} to {one.high:.4g} {one.unit}{factor}"
         remedy = f"test: `frictool excite --for {name}=10%`"
         if name == "breakaway" and max(offset[0], -offset[1]) > one.high:
-            remedy = "the offset exceeds it, and ramps cannot show it; state it in bench.yaml"
+            remedy = (
+                "the offset is above this range, so that ramps cannot show the breakaway; state it "
+                "in bench.yaml"
+            )
         ranges.append(f"  {name}: {ends}; {remedy}")
     return [
-        "a candidate passes with the nominal plant, but none with all plants, also if one limit "
-        "is relaxed: narrow the widest ranges",
+        "a candidate passes with the nominal plant, but no candidate passes with all plants, even "
+        "if one limit is relaxed: narrow the widest ranges",
         *ranges,
     ]
 

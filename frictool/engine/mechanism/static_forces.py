@@ -128,7 +128,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @bare_kernel
 def unload(tree: JointTree) -> bool:
-    """Clear the branch (side of the loss's kink) of self-locking joints whose load has left it.
+    """Clear the branch (side of the kink) of self-locking joints that are no longer loaded there.
 
     The tree must be at rest. Returns True if the tree has self-locking joints.
     """
