@@ -6,8 +6,8 @@
 The sum J of the inertias is known, but neither their ratio nor the place of the encoder. After a
 stop, friction holds the body without the encoder. The other body oscillates at sqrt(k/J_m) (encoder
 on the motor) or sqrt(k/J_l) (encoder on the load). With little friction, both bodies oscillate, at
-sqrt(k J/(J_m J_l)). For each ratio, each place of the encoder and both cases, k and c are chosen to
-give the measured frequency and damping.
+sqrt(k J/(J_m J_l)). For each ratio, each place of the encoder, and one or two oscillating bodies, k
+and c are chosen to give the measured frequency and damping.
 """
 
 from __future__ import annotations

@@ -198,7 +198,7 @@ class _Search:
     ) -> AutomaticDesign:
         """Search slower loops if the found loop may fail because the axis rings after it stops.
 
-        The searches end with a loop that tolerates the ringing, or if no slower loop of the family
+        The searches end when a loop tolerates the ringing, or when no slower loop of the family
         meets the specification. Return the slowest loop that meets the specification.
         """
         if undeclared_ringing(self.test.model) is None or not found.passed:

@@ -60,7 +60,7 @@ class NarrowerRange:
 class SearchFindings:
     """Findings on the candidates of a search that found no design.
 
-    - best: examined candidate with the smallest of the largest violations on all plants; None if no
+    - best: examined candidate with the smallest maximum violation over all plants; None if no
       examined candidate can be simulated with all plants
     - accepted: True if the best candidate passes every test and is verified
     - places: for each requirement that the best candidate misses in the whole test, step and plant

@@ -149,8 +149,8 @@ def command(
         raise click.UsageError("--events works with a mechanism and a scenario only.")
     if as_bench != (test is not None) or (as_bench and excitation is not None):
         raise click.UsageError(
-            "allowed: --as-bench with both MODEL and TEST and without --excitation; without "
-            "--as-bench, TEST is not allowed."
+            "--as-bench needs MODEL and TEST, and no --excitation; without --as-bench, leave out "
+            "TEST."
         )
     excitation = excitation or test
     inputs = [

@@ -3,7 +3,7 @@
 The inputs of thesis 3.7 are defined for a mass m of 1 kg, a Coulomb friction F_c of 1 N and a time
 constant m/sigma_v of 2.5 s, where sigma_v is the coefficient of viscous friction. For another
 actuator, the units force, time and length replace the newton, the second and the metre of the
-thesis; fall is the drop of the friction from the breakaway F_s, relative to the thesis:
+thesis; fall is the relative drop from the breakaway F_s to F_c, divided by its value in the thesis:
 
     force = F_c
     time = (m/sigma_v)/2.5, or 1 s without viscous friction
@@ -217,7 +217,7 @@ def scaled_setting(
     viscous: float,
     longest: float = math.inf,
 ) -> ComparisonSetting:
-    """Return the parameters of thesis table 3.1, scaled to an actuator with these parameters.
+    """Return the parameters of thesis table 3.1, scaled to the actuator in the arguments.
 
     `longest`: upper limit of the unit of time [s].
     """

@@ -64,7 +64,7 @@ def setting_violations(
 
     The first list contains the violated requirements as text, the second the violated
     recommendations. friction/hybrid_time_step.py lists the conditions. The conditions on sample
-    period and encoder step are checked only if the setting contains them.
+    period and encoder step are checked only if the setting contains these two values.
     """
     period = setting.sample_period or 10.0 / setting.decay
     resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay

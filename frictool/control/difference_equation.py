@@ -7,8 +7,8 @@ x is the state, e the input, u the drive before its limit, and l the anti-windup
 An integrator is a state whose row of `a` equals the row of the identity matrix. An integrator keeps
 its value while a limiter releases the drive near the target (section 5.2.2 of the thesis). With
 conditional integration it also keeps its value in two cases: in the mode REST of the rest band
-(control/target_band.py), and while the drive is limited and the input would move it further into
-the limit. In the mode REST every other state is set to 0.
+(control/target_band.py), and while the drive is limited and the input would move the drive
+further into the limit. In the mode REST every other state is set to 0.
 
 Property: the state obeys x+ = (a - l c) x + (b - l d) e + l (limited u) for any u. If a - l c is
 stable, sums of the absolute impulse responses from e and from the limited u bound every state.

@@ -6,8 +6,8 @@
 
 v and a are the speed and the acceleration of the reference, J the inertia, sigma_v the viscous
 coefficient, and F_c the Coulomb friction. `on` and `off` form a hysteresis around zero: a reference
-that creeps or rests causes no Coulomb term, and noise of the reference does not switch that term on
-and off. The feedforward is added to the drive before the limit.
+that creeps or rests causes no Coulomb term, and noise of the reference does not switch the Coulomb
+term on and off. The feedforward is added to the drive before the limit.
 
 Both v and a are means over the sample period T in which the drive acts. A prefilter or a profile
 has the position f and the speed v at each sample, with f[k] - f[k-1] = T/2 (v[k-1] + v[k]); the

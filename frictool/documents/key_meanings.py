@@ -1,7 +1,7 @@
 """Meanings of the keys of documents, for the JSON Schemas and for docs/reference.
 
-The docstring of a struct is a summary and a list of keys; an item explains one key or several: "-
-`low`, `high`: Ends of the interval." COMMON explains the keys that have the same meaning in all
+The docstring of a struct is a summary and a list of keys. An item explains one key or several:
+"- `low`, `high`: Ends of the interval." COMMON explains the keys that have the same meaning in all
 documents.
 """
 

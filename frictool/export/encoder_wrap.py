@@ -39,7 +39,7 @@ class EncoderWrap:
     - step: position per count [rad | m]; negative if the counts decrease during forward motion
     - travel: lowest and highest position of the axis [rad | m]; None if the bench has no travel
     - fastest: speed of half a period per sample, above which the number of turns is lost
-    - held: longest interval [samples] between two valid readings that sets no fault
+    - held: longest interval [samples] between valid readings without a fault
     - top_speed: largest speed of the axis; None if the bench does not state it
     - units: units of the position and of the speed
     """

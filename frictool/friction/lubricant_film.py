@@ -14,7 +14,7 @@ The regimes of figure 2.16 of the thesis are:
 regime  name      velocity                   friction
 ======  ========  =========================  ======================================
 1       STATIC    v = 0                      equals the effort, up to the breakaway
-2       BOUNDARY  0 < |v| <= v_b             constant, except for sigma_v
+2       BOUNDARY  0 < |v| <= v_b             constant, apart from sigma_v v
 3       PARTIAL   up to the curve's minimum  falls with speed: Stribeck's effect
 4       FULL      above the minimum          rises with speed: viscous
 ======  ========  =========================  ======================================

@@ -58,7 +58,7 @@ class CouplingRow(NamedTuple):
 
 
 class ElementArrays:
-    """Elements of a mechanism, collected as rows of the arrays of a packed mechanism.
+    """Elements of a mechanism as rows for the arrays of a `PackedMechanism`.
 
     The key of each dict is the name of the element. Rigid links have no row.
 

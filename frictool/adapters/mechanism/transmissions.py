@@ -139,7 +139,7 @@ def back_efficiency(efficiency: float, efficiency_back: float | None) -> float:
     """Return the efficiency for power from the second end to the first.
 
     If `efficiency_back` is None, the result is 2 - 1/efficiency, which follows from the same
-    friction in both directions. If the result is below 0, the load cannot drive the link.
+    friction in both directions. If the result is 0 or less, the load cannot drive the link.
     """
     return 2.0 - 1.0 / efficiency if efficiency_back is None else efficiency_back
 

@@ -65,6 +65,8 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
 def doubt_of(trial: TrialPlayer) -> str:
     """Return why the axis may fail although the trials pass; "" if there is no reason.
 
+    The possible reasons are:
+
     - The steps leave the side of a position on which the model is valid.
     - The logs show a lag that the bench does not state and the loop does not tolerate.
     - The axis rings after it stops. If the specification has a modulus margin, the result is "",

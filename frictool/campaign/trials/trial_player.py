@@ -169,7 +169,7 @@ class TrialPlayer(ScenarioJudge):
 
 
 def plant_of(document: Model | Mechanism) -> SimulatedPlant[Any]:
-    """Return the simulated plant of a document.
+    """Return the plant that a document describes, for simulation.
 
     Raises ElementError if a mechanism has no source or no sensor for a controller.
     """

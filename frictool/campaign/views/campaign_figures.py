@@ -136,7 +136,7 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
 
 
 def causes(findings: Findings) -> list[PageFigure]:
-    """Return figures of the failing share over the range of the most significant factors.
+    """Return figures of the failing share, one against each of the most significant factors.
 
     The result is empty if no trial fails or none passes.
     """

@@ -23,13 +23,11 @@ from frictool.typing import IntVector, Vector
 class EnergyBalance(NamedTuple):
     """Energies of a mechanism [J].
 
-    - stored: energy in couplings (0 if unstrained) and in pushes, which are constant or
-      position-dependent efforts (0 at position 0)
+    - stored: energy in couplings and in pushes (constant or position-dependent efforts). It is 0
+      for an unstrained coupling, for a constant push at position 0, and for a force curve at the
+      first point of the curve
     - put_in: work of sources and external efforts
     - lost: work that all other elements absorb, minus the work that they return
-
-    The energy of a force that is given as a curve over the position is 0 at the first point of the
-    curve.
     """
 
     kinetic: float

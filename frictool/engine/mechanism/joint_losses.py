@@ -12,7 +12,7 @@ motion of end a.
 - Screw of the thesis (2.12)-(2.13), (2.15): the kink is thesis_screw u_a/thread, where u_a is the
   effort of the sources on block a. abs(c) is thread.
 
-If the load can drive the joint, g rises with the product ratio lambda.
+If the load can drive the joint, g is a rising function of (ratio lambda).
 """
 
 from __future__ import annotations

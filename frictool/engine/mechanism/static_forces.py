@@ -23,7 +23,7 @@ from frictool.typing import IntVector, Vector
 
 @bare_kernel
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
-    """Fill rows NEED, NEED_HIGH with the lowest, highest force that keeps each block at rest.
+    """Fill NEED and NEED_HIGH with the range of the force that keeps each block at rest.
 
     Return False if the range of a self-locking joint is not on the side that `sided` requires.
 
