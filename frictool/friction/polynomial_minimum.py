@@ -2,8 +2,8 @@
 
 The minimum lies at an end or at a zero of the derivative. The zeros of a derivative of degree 1 or
 2 have a closed form. A derivative of a higher degree has at most one zero between two neighbouring
-zeros of its own derivative; these zeros are computed recursively. Eigenvalues of a companion matrix
-would lose all digits if the highest coefficient is nearly zero.
+zeros of its own derivative; these zeros are computed recursively. The usual method, the eigenvalues
+of a companion matrix, would lose all digits if the highest coefficient is nearly zero.
 """
 
 from __future__ import annotations

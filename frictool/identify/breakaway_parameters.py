@@ -45,7 +45,7 @@ MOST_RETURNS = 0.5
 NO_RAMPS = "no log of breakaway ramps was provided"
 MAP_HIDES_OFFSET = (
     "friction over position is fitted for each direction, and the offset cannot be separated from "
-    "half the difference between the directions; the bench's value is used"
+    "half the difference between the directions; the bench's offset is used"
 )
 OVER_POSITION: tuple[Term, ...] = ("friction_over_position", "load_over_position")
 
@@ -115,7 +115,7 @@ def _refuse_returning(logs: AxisLogs, sliding: Outcome) -> None:
     """Raise UnusableLogs if an unknown load moves the axis back after most ramps.
 
     The load is known if it is part of the model, and if the sliding logs pass the median position
-    of each log of ramps at least 2 FEWEST_STROKES times.
+    of each log of ramps at least 2*FEWEST_STROKES times.
     """
     known = sliding.laws is not None and sliding.laws.load is not None
     unit = si_unit("position", logs.bench.axis)

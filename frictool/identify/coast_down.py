@@ -39,8 +39,9 @@ def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
     """Return True if the effort is noise and too small to have caused the acceleration.
 
     An effort is too small if its rms is below 5 % of the rms acceleration times the smallest
-    inertia in bench.yaml. A driven axis can have such a small effort too, if the inertia in
-    bench.yaml is far too large or the unit of the current is wrong; this effort is not noise.
+    inertia in bench.yaml. A driven axis can have such a small effort, too, if the inertia
+    in bench.yaml is far too large or the unit of the current is wrong, but then the effort is not
+    noise.
     """
     if not rows:
         return False

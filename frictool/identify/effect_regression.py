@@ -129,7 +129,7 @@ class EffectRegression:
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """Return the hypotheses inside and outside the model."""
+        """Return all hypotheses, included in the model or not."""
         return (*self.used, *self.free)
 
     def without(self, one: Hypothesis) -> EffectRegression:
@@ -384,7 +384,8 @@ class EffectRegression:
     def _rivals(self) -> list[AcceptedEffects]:
         """Return the effects that can replace a hypothesis in `used` without a worse prediction.
 
-        A spring can also replace a delay or a resonance that predicts better (`_spring_instead`).
+        A spring can also replace a delay or a resonance that predicts better than the spring
+        (`_spring_instead`).
         """
         least = self.rows.squares(self.used)
         out = []

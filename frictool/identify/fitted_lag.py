@@ -163,10 +163,7 @@ def lag_is_known(records: Sequence[MotionRecord], bench: Bench) -> bool:
 
 
 def may_be_read_apart(least: float, records: Sequence[MotionRecord]) -> bool:
-    """Return whether the time between the two readings of a row may be at least `least` [s].
-
-    The two readings are those of effort and position.
-    """
+    """Return whether effort and position of a row may be read at least `least` [s] apart."""
     return least <= READ_APART * max(one.period for one in records)
 
 

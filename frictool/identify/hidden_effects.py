@@ -49,7 +49,7 @@ def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
 def _shift(
     regression: EffectRegression, effect: Hypothesis, lasting: float
 ) -> AcceptedEffects | None:
-    """Return the shift by an effect, whose effort has a priori the standard deviation `lasting`.
+    """Return the shift of the parameters by an effect, with the prior rms effort `lasting`.
 
     The result is None if the rows do not determine the effect.
     """

@@ -125,7 +125,7 @@ def compare_with_promise(
 
 
 def shown_effects(result: Identification) -> tuple[str, ...]:
-    """Return the names of the effects that the logs show besides inertia and constant friction."""
+    """Return the names of the effects that the logs show beyond inertia and constant friction."""
     names = [] if result.fit is None else [one.what for one in result.fit.explanations]
     if result.laws is not None and result.laws.position is not None:
         names.append(WHAT["friction_over_position"])

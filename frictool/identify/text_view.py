@@ -172,8 +172,8 @@ def presliding_lines(model: Model) -> list[str]:
             limit = getattr(law, "elastic_limit", None)
             elastic = "" if limit is None else f", {shown('elastic limit', limit)}"
             unseen = (
-                f"off by {100.0 * law.held_out:.3g} % of the breakaway on strokes left out of the "
-                "fit"
+                f"force error {100.0 * law.held_out:.3g} % of the breakaway on branches left out "
+                "of the fit"
             )
             lines.append(f"  {name}: {shown('stiffness', law.stiffness)}{elastic}; {unseen}")
     if presliding.preisach is not None:

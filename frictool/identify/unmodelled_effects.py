@@ -305,7 +305,7 @@ def _of_resonance(
 def _of_noise(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> list[AcceptedEffects]:
-    """Return the part of the inertia's change with doubled windows that chance does not explain."""
+    """Return the change of the inertia by doubled windows, without the part due to chance."""
     fitted = fit.parameters.get("inertia")
     smoother = effect_regression(fit, records, bench, confidence, SMOOTHER, hides=False)
     after = None if smoother is None else smoother.intervals().get("inertia")

@@ -196,8 +196,8 @@ def vertex_controllers(
 ) -> tuple[Lti, ...]:
     """Return a controller for each plant, all in the same state coordinates.
 
-    The loop of a convex combination of the plants with the same combination of the controllers has
-    a norm of at most `ease` times gamma (thesis 5.46, 5.64).
+    Combine plants and controllers with the same convex weights: the loop of the two combinations
+    has a norm of at most `ease` times gamma (thesis 5.46, 5.64).
     """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 

@@ -2,8 +2,8 @@
 
 The lemma replaces the optimisation of the controller in thesis (5.62)-(5.63). With
 P = [S, -G; -G, G] and G = S - R^-1, the bounded-real lemma in discrete time becomes
-|Phi + U K V| < 1; K contains the controller's matrices. This is Parrott's problem. Its central
-solution is explicit (Davis, Kahan and Weinberger, 1982).
+|Phi + U K V| < 1. K contains the controller's matrices; Phi, U and V follow from plant and P. This
+is Parrott's problem. Its central solution is explicit (Davis, Kahan and Weinberger, 1982).
 
 A continuous plant is first made discrete (Cayley transform): the same P solves both bounded-real
 inequalities. D12 = 0 and D21 = 0 are allowed; the formula fails only if [R I; I S] is singular.

@@ -103,7 +103,7 @@ def switched_gains(
 
     The bound gamma of |weighted error|/|model error| is at most MOST_GAMMA_RATIO times the smallest
     gamma that was found. Mode i can last for several samples if the switch (i, i) is allowed.
-    decay: largest factor lambda on the error per sample.
+    `decay` is the largest factor lambda on the error per sample.
 
     Raises NoSolutionError if (A_i, C_i) of a mode is not detectable, or if the inequalities have no
     solution that passes the check. Raises ValueError for a decay outside (0, 1].

@@ -109,7 +109,6 @@ def ingest(
     Returns
     -------
     IngestedLog
-
         Headers and time bases of the written streams. `assembly.warnings` and `assembly.losses`
         list the defects of the files.
 

@@ -199,7 +199,7 @@ def misfit(
     - ramp: |effort| at time 0 [N m | N], and its slope [N m/s | N/s]
     - axis: inertia, viscous and Coulomb friction in SI units
     - expected: preferred start, rad | m
-    - timing: weight of the preferred start relative to one change (module docstring)
+    - timing: weight of the preferred start; the weight of a change is 1 (module docstring)
     - resolution: encoder step, rad | m; the start is between 0 and one step
     - duration, tables: arguments of `looked_up`; if `tables` is empty, friction drops immediately
     - excesses: excess of each table, (2,), N m | N; the travel is linear in the excess, and is

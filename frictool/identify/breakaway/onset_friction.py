@@ -271,7 +271,7 @@ class OnsetData:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
         The position fitted to an onset is a linear function of the position that the fit assumes:
-        fitted = a + b assumed. Fitted and assumed position are equal at a/(1 - b), which depends
+        fitted = a + b*assumed. Fitted and assumed position are equal at a/(1 - b), which depends
         only on the times at which the count changes. The result is the average of a/(1 - b) and the
         middle of the count (uniform distribution), with weights 1/variance.
         """
@@ -393,7 +393,7 @@ def _below_coulomb(
 
 
 def _inside_backlash(onsets: Sequence[BreakawayOnset]) -> list[BreakawayOnset]:
-    """Return the onsets directly after reversals that need far less effort than the next ones.
+    """Return the onsets directly after a reversal that need far less effort than the next onset.
 
     Inside a backlash, and in presliding, the motor moves without the load. The next onset in the
     same direction is near in position and time. The rise of the effort between the two is compared

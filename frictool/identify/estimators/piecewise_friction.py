@@ -79,8 +79,8 @@ class StrokeMeans:
     def piece(self, low: float, high: float) -> Vector:
         """Return the regressor (m,) of viscous friction between two speeds [rad/s | m/s].
 
-        A sample has the value 0 below `low`, |v| - low in between, and high - low above `high`,
-        with the sign of the direction.
+        A sample of the speed |v| has the value min(max(|v|, low), high) - low, with the sign of the
+        direction.
         """
         within = np.minimum(np.maximum(self.speed, low), high)
         return self.sign * self.mean(within - low)

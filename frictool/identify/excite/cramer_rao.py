@@ -156,7 +156,7 @@ def cramer_rao(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPre
 def regressors(
     stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision, side: float = 1.0
 ) -> Vector:
-    """Return the regressors (n, p) at the samples of a stroke that slip outside the backlash.
+    """Return the regressors (n, p) at the n samples of a stroke in slip outside the backlash.
 
     `side` is 1 for forward and -1 for backward. The columns are inertia, viscous friction, Coulomb
     friction, the offset if the axis has one, the loads, and the effects.

@@ -59,7 +59,7 @@ def next_argument(state: list[float] | Vector, resolved: float) -> float:
     """Return the argument at which the function is evaluated next, and record the step in `state`.
 
     The next argument is at least `resolved` away from the best argument. The result is NaN if both
-    ends of the interval are within 2 `resolved` of the best argument.
+    ends of the interval are within twice `resolved` of the best argument.
     """
     low, high, best = state[LOW], state[HIGH], state[BEST]
     middle = 0.5 * (low + high)

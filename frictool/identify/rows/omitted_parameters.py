@@ -130,7 +130,7 @@ class OmittedParameters:
 
 
 def unit_loads(columns: Sequence[Vector]) -> Matrix:
-    """Return m sets of coefficients (m, k) of k load columns, each with a peak effort of 1."""
+    """Return m sets of coefficients (m, k) of k loads; each set has a peak effort of 1."""
     if len(columns) == 1:
         return np.array([[1.0 / float(np.max(np.abs(columns[0])))]])
     angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS

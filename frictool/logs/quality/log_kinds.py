@@ -4,7 +4,7 @@ from __future__ import annotations
 
 KINDS = {
     "sines": "the axis is driven by one sine or several",
-    "ramp": "the effort grows from rest until the axis moves, then falls; repeated (breakaway)",
+    "ramp": "the effort repeatedly grows from rest until the axis moves, then falls (breakaway)",
     "steps": "the reference jumps between positions, or the axis rests at one position "
     "after the other",
     "stroke": "the axis moves in one direction, or in one direction and back",
