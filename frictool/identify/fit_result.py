@@ -142,6 +142,8 @@ class SlidingFit:
     - constants: identified constants of a servo
     - load_zero: position at which the load columns are 0, so that the offset is the total load
       there, rad | m (`total_load.py`); None if the columns are not shifted
+    - attenuation: relative decrease of the fitted inertia by white noise of the position; 0 if the
+      decrease is negligible, or if the method removes it
     """
 
     parameters: dict[str, Interval]
@@ -163,3 +165,4 @@ class SlidingFit:
     tried: tuple[TriedModel, ...] = ()
     constants: dict[str, Quantity] = field(default_factory=dict)
     load_zero: float | None = None
+    attenuation: float = 0.0

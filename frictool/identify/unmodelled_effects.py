@@ -11,7 +11,7 @@ therefore does not show the resulting error. Eleven possible causes are examined
 4. a delay or a resonance that the fit approximates to first order
 5. an unknown delay between effort and position that the model does not include
 6. the local gain of an eccentric encoder
-7. encoder noise that hides the inertia (last paragraph)
+7. encoder noise that hides the inertia (last paragraph) or decreases it (`_of_attenuation`)
 8. higher orders of friction over position than the model includes (`further_orders.py`)
 9. a spring, or viscous friction that differs by direction (`hidden_effects.py`)
 10. a resonance that lies above the frequencies of the motion and increases the reflected inertia
@@ -165,6 +165,7 @@ def widened(
     moved = _of_windows(fit, records, bench, confidence, regression, smoother)
     if regression.noisy and "inertia" not in regression.names and not inertia_of_other_method(fit):
         moved += _of_noise(fit, records, bench, confidence)
+    moved += _of_attenuation(fit)
     moved += _of_delay(fit, records, bench, regression, regression)
     moved += _of_rivals(fit, records, bench, regression)
     moved += falling_friction(regression)
@@ -312,6 +313,22 @@ def _of_noise(
     if fitted is None or after is None:
         return []
     return [AcceptedEffects((), 1.0, {"inertia": unlikely_change(fitted, after)})]
+
+
+def _of_attenuation(fit: SlidingFit) -> list[AcceptedEffects]:
+    """Return the increase of the inertia without noise of the acceleration.
+
+    White noise decreases the fitted inertia by the fraction q = `fit.attenuation`, which is the
+    variance of the noise divided by the variance of the acceleration. A controller that follows the
+    noise, and the rounding errors of repeated motion, correlate noise and acceleration. The
+    magnitude of their covariance is assumed to be at most the variance of the noise: a position
+    loop follows the noise with a gain of at most about 1. The decrease is then 0 to 2 q.
+    """
+    inertia = fit.parameters.get("inertia")
+    if inertia is None or fit.attenuation == 0.0:
+        return []
+    shift = {"inertia": fit.attenuation * abs(inertia.value)}
+    return [AcceptedEffects((), 1.0, shift, scatter=shift, one_sided=True)]
 
 
 def _beyond_chance(before: Mapping[str, Interval], smoother: EffectRegression) -> AcceptedEffects:

@@ -15,6 +15,7 @@ from frictool.documents.quantity import Quantity
 from frictool.identify.effect_regression import effect_regression
 from frictool.identify.estimators.auto import auto
 from frictool.identify.estimators.least_squares import least_squares
+from frictool.identify.estimators.total_least_squares import total_least_squares
 from frictool.identify.fit_result import SLIDING, SlidingFit
 from frictool.identify.identification import identify_records
 from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
@@ -137,6 +138,23 @@ def test_a_coarse_encoder_alone_hardly_widens_the_inertia(bench: Bench) -> None:
         inertia = result.fit.parameters["inertia"]
         assert inertia.low <= INERTIA <= inertia.high
         assert inertia.half_width < 0.005 * INERTIA
+
+
+def test_noise_that_short_strokes_hardly_smooth_raises_the_end_of_the_inertia(bench: Bench) -> None:
+    """The window is a sixth of a stroke, so that white noise decreases the inertia by 0.35 %."""
+    time = np.arange(2_400) * 5.0 * PERIOD
+    position = 4.0 * np.sin(4.0 * time) + 2.0 * np.sin(9.1 * time)
+    for seed in range(4):
+        draw = np.random.default_rng(seed)
+        effort = effort_at(time) + draw.normal(0.0, 1e-3, time.size)
+        noisy = position + draw.normal(0.0, 4e-3, time.size)
+        record = make_record("log", time, noisy, effort, resolution=1e-6, lag=1.0)
+        fit, result = both(record, bench)
+        plain, wide = fit.parameters["inertia"], result.fit.parameters["inertia"]
+        assert fit.attenuation == pytest.approx(1.0 - plain.value / INERTIA, rel=0.5)
+        assert plain.high < INERTIA <= wide.high
+        unbiased = total_least_squares([record], bench, IdentificationSettings())
+        assert unbiased.attenuation == 0.0
 
 
 def test_a_fall_wider_than_its_columns_widens_viscous_and_coulomb(bench: Bench) -> None:

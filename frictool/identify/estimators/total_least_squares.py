@@ -50,12 +50,13 @@ def total_least_squares(
     Raises UnusableLogs if the records have too few samples of sliding motion, or if a part of the
     samples does not separate the parameters.
     """
-    return slipping_fit(
+    found = slipping_fit(
         records,
         bench,
         settings,
         lambda rows, used: _fit(rows, used, records[0], settings.confidence),
     )
+    return replace(found, attenuation=0.0)
 
 
 def _fit(

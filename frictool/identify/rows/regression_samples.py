@@ -56,6 +56,7 @@ class RegressionSamples:
     - loads: column (n,) of each parameter of the declared loads, without the offset
     - terms, most: `load.terms` and `load.most` of the bench
     - fixed: parameters whose effort was subtracted from `effort` (`with_fixed`)
+    - noise: rms acceleration by white noise of the position, rad/s^2 | m/s^2
     """
 
     acceleration: Vector
@@ -69,6 +70,7 @@ class RegressionSamples:
     terms: tuple[str, ...] | None = None
     most: float | None = None
     fixed: Mapping[str, Interval] = field(default_factory=dict)
+    noise: float = 0.0
 
     @property
     def split_coulomb(self) -> bool:
@@ -146,7 +148,10 @@ def joined(parts: list[RegressionSamples]) -> RegressionSamples:
         if name != "stroke"
     }
     loads = {name: np.concatenate([part.loads[name] for part in parts]) for name in parts[0].loads}
-    return replace(parts[0], stroke=np.concatenate(strokes), loads=loads, **stacked)
+    sizes = [part.velocity.size for part in parts]
+    power = np.dot(sizes, [part.noise**2 for part in parts]) / max(sum(sizes), 1)
+    noise = float(np.sqrt(power))
+    return replace(parts[0], stroke=np.concatenate(strokes), loads=loads, noise=noise, **stacked)
 
 
 def fit(

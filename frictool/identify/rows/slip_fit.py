@@ -116,6 +116,9 @@ def slipping_fit(
     response = acceleration_response(records[0], used)
     sample_share = _unexplained_share(samples)
     unexplained = samples.unexplained_acceleration
+    attenuation = _attenuation(result, with_fixed(samples, settings.fixed))
+    if attenuation > _bearable_share(result, settings.confidence) ** 2:
+        result = replace(result, attenuation=attenuation)
     checked = refuse_hidden_inertia(
         result, records[0], bench, response, unexplained, f"over {used} samples"
     )
@@ -131,6 +134,21 @@ def slipping_fit(
             fixed = {**settings.fixed, "inertia": _unattenuated(result, unexplained, noise, bench)}
             checked = _widened_to(checked, fitting(with_fixed(samples, fixed), used))
     return with_temperature_law(with_laws(checked, bench), records)
+
+
+def _attenuation(result: SlidingFit, samples: RegressionSamples) -> float:
+    """Return the relative decrease of the fitted inertia by noise of the acceleration; at most 1.
+
+    The noise is the white noise of the position, filtered like the acceleration, but at most the
+    noise whose effort is the residual. Rounding errors of a slow motion last several samples, and
+    the filter removes them better than white noise. The residual then shows less noise.
+    """
+    inertia = result.parameters.get("inertia")
+    unexplained = samples.unexplained_acceleration
+    if inertia is None or inertia.value <= 0.0 or unexplained == 0.0:
+        return 0.0
+    left = result.residual * float(np.sqrt(np.mean(samples.effort**2))) / inertia.value
+    return min((min(samples.noise, left) / unexplained) ** 2, 1.0)
 
 
 def _unattenuated(result: SlidingFit, unexplained: float, noise: float, bench: Bench) -> Interval:
@@ -230,7 +248,10 @@ def slipping(
         if length == 0.0:
             continue
         used = window or choose_window(record, length, share)
-        parts.append(slipping_rows(record, bench, used, smoothed(record, used)))
+        rows = slipping_rows(record, bench, used, smoothed(record, used))
+        response = acceleration_response(record, used)
+        noise = measurement_noise(record) * float(np.linalg.norm(response))
+        parts.append(replace(rows, noise=noise))
         windows.append(used)
     if sum(part.velocity.size for part in parts) == 0:
         backlash = " outside the backlash" if full_backlash(bench) else ""
