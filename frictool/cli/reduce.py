@@ -245,8 +245,8 @@ def _bandwidth(
     names = [one.name for one in compliant_links(part)]
     if names:
         raise click.UsageError(
-            f"compliant links: {', '.join(names)}; give the frequency up to which their resonances "
-            "matter, with --bandwidth RAD/S or "
+            f"the mechanism has compliant links ({', '.join(names)}); give the frequency up to "
+            "which their resonances matter, with --bandwidth RAD/S or "
             f"--controller{_passing(part, request.tolerance)}."
         )
     return None

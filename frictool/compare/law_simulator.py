@@ -157,7 +157,7 @@ class LawSimulator:
         """Return a line of text for each parameter of `laws` that has its default value."""
         values = law_values(self._setting)
         return [
-            f"{law} is compared with {parameter.name} = {parameter.default:g} "
+            f"the comparison of {law} uses {parameter.name} = {parameter.default:g} "
             f"{parameter.unit(self._setting.axis)}".rstrip()
             for law in laws
             for parameter in LAWS[law].parameters

@@ -330,7 +330,7 @@ def _load_settings(model: Model) -> Iterator[AxisSetting]:
     ripples = [(f"ripple_{number}", one) for number, one in enumerate(load.ripples, start=1)]
     for row, (name, harmonic) in enumerate([*gravity, *ripples]):
         text = (
-            f"load at {harmonic.cycles:g} periods in {harmonic.per.value:.6g} "
+            f"ripple load with {harmonic.cycles:g} periods in {harmonic.per.value:.6g} "
             f"{si_unit('position', model.axis)}"
             if isinstance(harmonic, Ripple)
             else "gravity load"

@@ -184,7 +184,8 @@ def export_controller(
         ](controller, number, origin)
     except FixedPointOverflow as error:
         raise NoSolutionError(
-            f"{controller.name}: {number} cannot be scaled: {error}; {_remedy(controller, error)}"
+            f"{controller.name}: cannot be scaled to {number}: {error}; "
+            f"{_remedy(controller, error)}"
         ) from None
     if (wrap := encoder_wrap(controller)) is not None:
         called = c_identifier(controller.name)

@@ -91,9 +91,10 @@ class JudgedLoop:
         outside = parameters_outside(self.controller, enclosing_box(points)) if points else ()
         words = (
             "simulated plants are outside the intervals for which "
-            f"{self.controller.name} was verified; only margins computed for each plant are valid"
+            f"{self.controller.name} was verified: {'; '.join(outside)}; only margins computed for "
+            "each plant are valid"
         )
-        return f"{words}: {'; '.join(outside)}" if outside else ""
+        return words if outside else ""
 
     def _words(self, subject: str, deviations: tuple[str, ...]) -> str:
         return (

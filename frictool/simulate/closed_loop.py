@@ -364,7 +364,7 @@ class StepTest(Generic[V]):
             return machine_in(self._program, self._number)
         except FixedPointOverflow as error:
             raise NoSolutionError(
-                f"{self.controller.name}: {self._number} cannot be scaled: {error}; give the "
+                f"{self.controller.name}: cannot be scaled to {self._number}: {error}; give the "
                 "bounds of the measured signals in the bench, or use float"
             ) from None
 

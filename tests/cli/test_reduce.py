@@ -157,7 +157,7 @@ def test_a_link_that_yields_asks_for_a_bandwidth(tmp_path: Path) -> None:
     result = run("reduce", _write(tmp_path / "mechanism.yaml", belt()))
     assert result.code == 2
     assert (
-        "compliant links: belt; give the frequency up to which their resonances matter, with "
+        "compliant links (belt); give the frequency up to which their resonances matter, with "
         "--bandwidth RAD/S or --controller" in result.stderr
     )
 

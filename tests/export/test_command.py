@@ -231,7 +231,9 @@ def test_fixed_point_of_a_scheduled_controller_is_refused_with_what_would_do(
         to_yaml(truthful(replace(between, schedule=replace(between.schedule, corners=alike))))
     )
     result = run("export", path, "--lang", "c", "--number", "q31", "-o", tmp_path / "c")
-    refused(result, 4, "q31 cannot be scaled", "states of a scheduled controller", "--number float")
+    refused(
+        result, 4, "cannot be scaled to q31", "states of a scheduled controller", "--number float"
+    )
     assert not (tmp_path / "c").exists()
 
 

@@ -88,7 +88,7 @@ def test_compare_names_a_parameter_that_takes_its_default(overlay: Path) -> None
     done = frictool(overlay, "compare", "--law", "coulomb_drag", "--json")
     file.write_text(text)
     assert done.returncode == 0, done.stderr
-    assert "coulomb_drag is compared with drag = 0 N s^2/m^2, its default" in done.stderr
+    assert "comparison of coulomb_drag uses drag = 0 N s^2/m^2, its default" in done.stderr
     assert json.loads(done.stdout)["laws"]["coulomb_drag"]["properties"]["viscous"] == "-"
 
 

@@ -212,7 +212,7 @@ def test_a_format_that_cannot_be_scaled_is_no_solution() -> None:
         made.bench, mechanics=msgspec.structs.replace(made.bench.mechanics, travel=None)
     )
     with pytest.raises(
-        FrictoolError, match="q31 cannot be scaled: reference has no bounds"
+        FrictoolError, match="cannot be scaled to q31: reference has no bounds"
     ) as raised:
         simulate_closed_loop(
             clutch_model(),

@@ -216,7 +216,7 @@ class ElementArrays:
         stiffness, damping = stop.compliance.stiffness.value, stop.compliance.damping.value
         if not (math.isfinite(low) and math.isfinite(high)):
             self.notes.append(
-                f"{name} has one side; its other side is assumed {FAR[kind]:g} "
+                f"{name} has one stop; the opposite stop is assumed {FAR[kind]:g} "
                 f"{si_unit('position', kind)} away"
             )
         low, high = (

@@ -94,8 +94,8 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
         return ()
     if deviations := parameters_outside(controller, _drawn(plant, space, setting.scenario)):
         return (
-            f"draws are outside the intervals for which {controller.name} was verified; only "
-            f"margins computed for each plant are valid: {'; '.join(deviations)}",
+            f"draws are outside the intervals for which {controller.name} was verified: "
+            f"{'; '.join(deviations)}; only margins computed for each plant are valid",
         )
     return ()
 

@@ -382,7 +382,7 @@ def test_a_compliant_stop_of_one_side_tells_where_its_other_is(tmp_path: Path) -
         )
     )
     assert load_mechanism(path)[1].notes == (
-        "ends has one side; its other side is assumed 1000 m away",
+        "ends has one stop; the opposite stop is assumed 1000 m away",
     )
 
 
