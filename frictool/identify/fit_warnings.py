@@ -236,8 +236,9 @@ def local_ramp_warnings(
     length, unit = si_unit("position", bench.axis), si_unit("effort", bench.axis)
     if ramp.by_position is not None:
         return [
-            f"friction over position: measured from {low:.3g} to {high:.3g} {length} only, less "
-            "than half of the strokes; no friction map is fitted; record ramps over the travel"
+            f"friction over position: the ramps cover {low:.3g} to {high:.3g} {length} only, less "
+            "than half of the strokes' range; no friction map is fitted; record ramps over the "
+            "travel"
         ]
     missing = [
         one

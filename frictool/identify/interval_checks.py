@@ -151,5 +151,5 @@ def below_coulomb(breakaway: Interval, coulomb: Interval) -> str | None:
         return None
     return (
         f"the log's interval [{breakaway.low:.4g}, {breakaway.high:.4g}] is below Coulomb "
-        f"friction [{coulomb.low:.4g}, {coulomb.high:.4g}]; allowed: at least friction in slip"
+        f"friction [{coulomb.low:.4g}, {coulomb.high:.4g}]; allowed: at least Coulomb friction"
     )

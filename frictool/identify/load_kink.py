@@ -109,10 +109,9 @@ class LoadKink:
     squares: float
 
     def on_side(self, position: Vector | np.floating) -> NDArray[np.bool_]:
-        """Return True for positions (n,) [rad | m] that lie on the side of most samples.
+        """Return True for positions (n,) [rad | m] on the side of the knot with most samples.
 
-        The side of most samples is the side of the knot on which most samples lie. Positions within
-        `margin` of the knot give False.
+        Positions within `margin` of the knot give False.
         """
         beyond = (position - self.position) * (1.0 if self.above else -1.0)
         return np.asarray(beyond > self.margin)
@@ -155,7 +154,7 @@ class _KinkSearch:
     - position: smoothed position of each row (sample of the regression), (n,), rad | m
     - reach: distance that the axis moves in half of the smoothing window, plus the encoder step,
       (n,), rad | m
-    - smoothing_kernel: smoothing kernel
+    - smoothing_kernel: kernel that smooths effort and regressors
     - noise: rms noise of the acceleration due to the encoder, rad/s^2 | m/s^2
     - confidence: confidence of the intervals, 0 to 1
     - base: columns (n,) of a fit without the kink, by name

@@ -138,7 +138,7 @@ def _refuse_unsigned(record: MotionRecord) -> None:
 def one_sided_effort(records: list[MotionRecord]) -> str | None:
     """Return a message if the effort of a record has one sign in both directions of motion.
 
-    This is an absolute value, or the effort of an axis that a load pulls in one direction. The
+    Such an effort is an absolute value, or comes from a load that pulls in one direction. The
     result is None if no record has such an effort.
     """
     for record in records:

@@ -182,10 +182,11 @@ def _reasons(
             f"{facts.sensing.step:.3g}, but the bench states {step:.3g}"
         )
     if worse > MORE or not np.isfinite(worse):
-        allowed = f"+-{bound:.3g} at best" if np.isfinite(bound) else "no estimate"
+        allowed = f"at best +-{bound:.3g}" if np.isfinite(bound) else "unlimited"
         assert planned is not None
         reasons.append(
-            f"the recorded strokes allow {allowed}, the planned strokes +-{planned.value:.3g}: "
+            f"the half width is {allowed} with the recorded strokes, "
+            f"+-{planned.value:.3g} with the planned strokes: "
             "the recorded strokes are slower, shorter or fewer"
         )
     if not reasons or ratio > MORE * worse * coarse:

@@ -50,7 +50,7 @@ def sensor_lag_doubts(
         return []
     text = (
         f"a sensor lag raises inertia by the lag times {rate:.3g} "
-        f"{si_unit('viscous', bench.axis)}; the log does not exclude {1e3 * lag:.0f} ms; state "
+        f"{si_unit('viscous', bench.axis)}; the log allows a lag of {1e3 * lag:.0f} ms; state "
         "encoder.time_constant_s (0 if none), or record faster reversals"
     )
     return [("inertia", text)]

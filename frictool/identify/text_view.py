@@ -64,7 +64,7 @@ def law_lines(model: Model) -> list[str]:
         backward = {name: estimate for name, estimate in backward.items() if estimate is not None}
         lines.append(
             f"backward: {', '.join(shown(name, estimate) for name, estimate in backward.items())}; "
-            f"the values of {', '.join(backward)} above are those forward"
+            f"the values of {', '.join(backward)} above are for forward motion"
         )
     if laws.temperature is not None:
         lines += temperature_lines(laws.temperature)
@@ -139,8 +139,8 @@ def total_line(total: TotalLoad) -> str:
     least, largest = total.least, total.largest
     return (
         f"offset and load together, {over}: {least.value:.4g} to {largest.value:.4g} {least.unit}, "
-        f"within [{least.low:.4g}, {largest.high:.4g}]; error at most {total.error.value:.3g} at "
-        "one position"
+        f"within [{least.low:.4g}, {largest.high:.4g}]; uncertainty at most "
+        f"{total.error.value:.3g} at any position"
     )
 
 
@@ -202,7 +202,7 @@ def dropped_lines(dropped: Sequence[str]) -> list[str]:
     useless = [name for name in dropped if name not in weak]
     reasons = {
         "they do not improve the prediction of strokes left out of the fit": useless,
-        "the log does not determine them (the intervals include them)": weak,
+        "the log does not determine them (the intervals include their effect)": weak,
     }
     return [
         f"set to 0, because {reason}: {', '.join(names)}"

@@ -180,7 +180,7 @@ def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.
     `ease` is below 1.
     """
     if not ease >= 1.0:
-        raise ValueError(f"ease is {ease:g}; allowed: 1 or more, a factor on gamma")
+        raise ValueError(f"ease, a factor on gamma, is {ease:g}; allowed: 1 or more")
     framed = lyapunov.frame.plant(plant).transformed(lyapunov.t)
     try:
         central_controller = central(framed, lyapunov.r, lyapunov.s, ease * lyapunov.gamma)

@@ -91,7 +91,7 @@ def test_auto_gives_the_inertia_by_the_weak_form_with_friction_over_the_position
     # the weak form alone gives 1 %; effects that it lacks, such as a delay, widen the interval
     assert inertia.half_width < 0.1 * inertia.value
     assert "inertia" not in found.refused
-    assert "inertia by weak: friction has separate columns over the position" in found.fit.why
+    assert "inertia by weak: friction has terms over the position" in found.fit.why
 
 
 @functools.cache

@@ -130,7 +130,7 @@ def test_the_rule() -> None:
         why_uninformative("viscous", near_zero, Quantity(0.002))
     )
     assert below_coulomb(Interval(1.0, 0.9, 1.1), Interval(1.2, 1.05, 1.3)) is None
-    assert "allowed: at least friction in slip" in str(
+    assert "allowed: at least Coulomb friction" in str(
         below_coulomb(Interval(1.0, 0.9, 1.1), Interval(1.2, 1.15, 1.3))
     )
 

@@ -156,7 +156,7 @@ def test_a_log_with_ramps_among_creep_states_why_it_is_no_log_of_ramps(tmp_path:
     assert not is_ramp(log, bench)
     reason = why_unusable(log, bench)
     assert reason is not None
-    assert "teeth is read as sliding: its 12 ramps take 52 % of the rests before" in reason
+    assert "teeth is read as sliding: its 12 ramps take 52 % of the time at rest before" in reason
     assert why_unusable(log.part(slice(1200, None)), bench) is None
 
 

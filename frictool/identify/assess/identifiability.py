@@ -70,7 +70,7 @@ def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifia
     `parameter` is inertia, viscous, coulomb, breakaway or presliding.
     """
     if facts.value(parameter) <= 0.0:
-        return Identifiability(False, None, None, "the bench states that it is 0")
+        return Identifiability(False, None, None, "the bench states the value 0")
     return _JUDGES[parameter](facts, wanted)
 
 
@@ -103,7 +103,7 @@ def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:
         best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
-        behind = f"with the slowest low-pass filter ({facts.fastest:.3g} s): {up_to(best)}"
+        behind = f"with the slowest low-pass (time constant {facts.fastest:.3g} s): {up_to(best)}"
     else:
         known = time_constants_text(facts)
         behind = f"inertia/viscous ({known}) is too uncertain to choose a low-pass filter"
@@ -125,7 +125,7 @@ def time_constants_text(facts: AssessmentInputs) -> str:
 
 def worst_case(bound: float) -> str:
     """Return a text on the worst-case relative error `bound` of differences of samples."""
-    return f"one encoder count changes differences of samples by {up_to(bound)}"
+    return f"encoder counts change an estimate from differences of samples by {up_to(bound)}"
 
 
 def up_to(bound: float) -> str:

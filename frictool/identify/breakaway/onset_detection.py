@@ -121,8 +121,9 @@ def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
     share = ramp_share(rests, among, record.position)
     if share < RAMP_SHARE:
         return (
-            f"{name} is read as sliding: its {ramps} ramps take {100.0 * share:.2g} % of the rests "
-            f"before motions, needed: {100.0 * RAMP_SHARE:g} %; if it is a log of ramps, use --ramp"
+            f"{name} is read as sliding: its {ramps} ramps take {100.0 * share:.2g} % of the time "
+            f"at rest before motions, needed: {100.0 * RAMP_SHARE:g} %; if it is a log of ramps, "
+            "use --ramp"
         )
     usable = len(find_onsets(record, bench))
     text = f"{name} has {ramps} ramps, but {usable} usable breakaways; needed: {FEWEST_ONSETS}"

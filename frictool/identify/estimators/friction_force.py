@@ -82,7 +82,7 @@ def friction_force(
     estimates = {
         name: _reaching(one, in_slip.estimates[name]) for name, one in curve.estimates.items()
     }
-    refused = {"inertia": f"the method takes the inertia from the bench, {inertia.value:.4g}"}
+    refused = {"inertia": f"the method takes the inertia from the bench: {inertia.value:.4g} in SI"}
     if not both and rows.known_offset is not None:
         estimates |= {
             name: less_offset(estimates[name], rows.known_offset, float(rows.sign[0]))

@@ -278,7 +278,8 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
         )
     if table[:, 0].max() < 2.0 * table[:, 0].min():
         raise UnusableLogs(
-            "the speeds of the runs differ by less than a factor of 2; record more different speeds"
+            "the speeds of the runs differ by less than a factor of 2; "
+            "record a wider range of speeds"
         )
     return ConstantSpeedRuns(*table.T)
 

@@ -223,7 +223,7 @@ def _why(structure: FrictionStructure) -> str | None:
     )
     parts += [f"above a speed of {knee:.4g}" for knee in structure.knees]
     return (
-        f"friction has separate columns {' and '.join(parts)}, which improve the prediction"
+        f"friction has terms {' and '.join(parts)}, which improve the prediction of strokes"
         if parts
         else None
     )

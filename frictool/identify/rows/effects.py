@@ -64,7 +64,7 @@ WHAT: dict[Term, str] = {
     "temperature": "friction that changes with the measured temperature",
     "eccentricity": "an eccentric encoder",
     "stribeck": "friction that falls with speed",
-    "wide_stribeck": "friction that falls up to high speed",
+    "wide_stribeck": "friction that still falls at high speed",
     "friction_over_position": "friction over position",
     "load_over_position": "a load over the position",
     "inertial_friction": "friction proportional to the inertial load",

@@ -79,7 +79,7 @@ def _latched(table: RawTable, bench: Bench, *, held: bool = False) -> RawTable:
             raise LogError(
                 table.source,
                 "most rows share their time with another row; allowed with layout.hold: times "
-                "that tell the rows apart; if the rows are equidistant, write layout.period_s",
+                "that differ between rows; if the rows are equidistant, write layout.period_s",
             )
         if (
             not held
