@@ -214,7 +214,7 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
     hint = f" (did you mean {near[0]!r}?)" if near else ""
     found = listed(names, LONGEST_LIST - len(hint))
     numbered = list(names) == [str(number) for number in range(1, len(names) + 1)]
-    without = " (the file has no header; columns have numbers)" if numbered else ""
+    without = " (the file has no header; columns are numbered from 1)" if numbered else ""
     raise LogError(source, f"has no {kind} {wanted!r}{hint}; found: {found}{without}")
 
 

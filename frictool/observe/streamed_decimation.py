@@ -41,7 +41,7 @@ class DecimatedTrace:
             self._halve()
 
     def _halve(self) -> None:
-        """Merge pairs of columns; if the number of columns is odd, the last is then half full."""
+        """Merge pairs of columns; if their number is odd, the last column is then half full."""
         starts = np.arange(0, self._time.size, 2)
         self._held += self._per * (self._time.size % 2 == 0)
         self._time = self._time[starts]

@@ -52,8 +52,8 @@ LOOSE = 2.0  # moving inside the backlash; -2 in the negative direction
 class AxisParameters(NamedTuple):
     """Parameters of an axis, in SI units of a rotary | linear axis.
 
-    - breakaway, backlash_breakaway: static friction; `checked` raises values below `coulomb` and
-      `backlash_coulomb` to these
+    - breakaway, backlash_breakaway: static friction; `checked` raises it to `coulomb` or
+      `backlash_coulomb` if it is smaller
     - offset: constant effort that opposes a positive drive
     - constant: effort per A or V
     - lag: time constant of the drive, s

@@ -58,7 +58,7 @@ def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
 
 
 def _knees(laws: AxisLaws, viscous: float) -> tuple[tuple[float, float], ...]:
-    """Return pairs (knee speed, increase of the viscous coefficient) for either direction.
+    """Return pairs (knee speed, increase of the viscous coefficient), valid in both directions.
 
     Raises ValueError if the increases of the two directions differ.
     """

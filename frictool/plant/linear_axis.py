@@ -34,7 +34,7 @@ class AxisRates:
     - drive: actuator's constant [rad/s^2 or m/s^2 per A or V]
     - viscous: viscous friction [1/s]
     - friction: Coulomb friction [rad/s^2 or m/s^2]
-    - push: effort for the signal 1 in the uncertainty channel [rad/s^2 or m/s^2]
+    - push: effort d of a unit signal in the uncertainty channel [rad/s^2 or m/s^2]
     - spring: stiffness of a spring on the axis [1/s^2]
     """
 

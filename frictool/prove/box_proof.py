@@ -131,8 +131,8 @@ def box_test(model: Model, controller: Controller, scenario: Scenario, spec: Spe
         or controller.friction_compensation is not None
     ):
         return (
-            "the proof over the box supports only a speed cascade with a prefilter and a "
-            "square-root position law with action cut"
+            "the proof over the box supports only a speed cascade that has a prefilter and a "
+            "square-root position law with `action: cut`"
         )
     axis = axis_of(model)
     if min(axis.coulomb, axis.backlash, axis.lag) <= 0.0 or scenario.start is None:

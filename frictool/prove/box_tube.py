@@ -166,7 +166,7 @@ def _magnitude(a: float, x: Vector, b: float, y: Vector) -> float:
 def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vector) -> None:
     """Bound the final position of an axis whose drive is 0, and its distance to earlier positions.
 
-    - stop (3,): additional speed by the decaying drive [rad/s | m/s], and least deceleration in
+    - stop (3,): additional speed due to the decaying drive [rad/s | m/s], and least deceleration in
       forward and in backward motion [rad/s^2 | m/s^2]
     - past: forms of the position at `count` earlier samples
     - bounds: array for the results [rad | m], the final position's bounds at the indices LOW and

@@ -43,7 +43,7 @@ DRIVE_SLACK = 1e-9  # relative distance of the drive from the breakaway while th
 
 @dataclass(frozen=True)
 class LoopOfPlant:
-    """Sampled loop of one plant and one number format.
+    """Sampled loop of one plant, with the controller in one number format.
 
     - running: compiled program of the controller, not yet started
     - reference: one value per sample (n,) [rad | m]

@@ -130,7 +130,7 @@ def stiffen_above(
 
 
 def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
-    """Return the mechanism without the compliance of the links `names` and of their backlash."""
+    """Return the mechanism without compliance in the links `names` and in their backlash."""
     links = dict(mechanism.links)
     for name in names:
         link = links[name]

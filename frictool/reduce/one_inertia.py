@@ -170,8 +170,8 @@ def one_inertia(
 
     reflected: bounds of the inertia reflected through the lossy links that were replaced.
     side: -1 if the sensor counts down for motion in the positive direction, else 1.
-    turns: likely values of `number`.
-    number: angular wave number of the load's harmonic (residual_load.py); None if unknown.
+    turns: likely angular wave numbers of the load's harmonic.
+    number: wave number of this harmonic (residual_load.py) if it is known, else None.
 
     Raises NoSolutionError if with every load law of model.yaml, a load remains that friction cannot
     hold.

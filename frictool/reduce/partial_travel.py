@@ -18,8 +18,8 @@ class OutsideTravelError(FrictoolError):
 def restrict_travel(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:
     """Return the mechanism with the travel of its sensor's block restricted to `ends` [rad | m].
 
-    Raises OutsideTravelError if (low, high) and the mechanism's travel do not overlap, or if low is
-    not below high.
+    Raises OutsideTravelError if `ends` (low, high) and the mechanism's travel do not overlap, or if
+    low is not below high.
     """
     if ends[0] >= ends[1]:
         raise OutsideTravelError(f"found {ends[0]:g} to {ends[1]:g}; allowed: LOW < HIGH")

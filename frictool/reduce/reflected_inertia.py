@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ReflectedInertia:
-    """Bounds of the reflected inertia through lossy links, relative to the lossless value.
+    """Bounds of the inertia reflected through lossy links, relative to the lossless value.
 
     least: lower bound, for a load that drives.
     most: upper bound, for a source that drives.

@@ -1,7 +1,7 @@
 """Replacement of springs, cams and friction of each block by one curve C_r(theta, sign).
 
 C_+ and C_- are the efforts that move a block forward and backward, thesis (2.28)-(2.29). The step
-also checks at all positions if the block is self-locking, which means C_+ >= 0 >= C_- (thesis
+also checks at all positions whether the block is self-locking, which means C_+ >= 0 >= C_- (thesis
 (2.27)): friction holds the load. In this case, the load becomes part of the friction, with a
 separate level for each direction. The behaviour at rest does not change, because the axis sticks
 between the same two efforts.

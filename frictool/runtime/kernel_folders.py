@@ -93,7 +93,7 @@ def untrusted_reason(folder: Path, sources: Path) -> str:
 
 @contextmanager
 def restricted_umask() -> Iterator[None]:
-    """Let files in the with-block be created without write permission for other users."""
+    """Create files in the with-block without write permission for other users."""
     before = os.umask(0o022)
     os.umask(before | 0o022)
     try:

@@ -52,7 +52,7 @@ def remark(text: str) -> None:
 
 
 def example_values(path: str, keys: tuple[str, ...]) -> None:
-    """Notify that the keys `keys` of the document at `path` have example values of `init`."""
+    """Notify that the keys `keys` of the document at `path` still have the values of an example."""
     if receiver := _current().get("example_values"):
         receiver(path, keys)
 

@@ -47,7 +47,7 @@ class ObjectView:
 class ResultView(ObjectView):
     """Base class of results that can be compared with ==, and shown as text and HTML.
 
-    A subclass must be a dataclass with `eq=False, repr=False`, so that it keeps these methods.
+    A subclass must be a dataclass with `eq=False, repr=False`, so that it inherits these methods.
     """
 
     __slots__ = ()

@@ -87,7 +87,7 @@ def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
 
 
 def _ordered(document: FrictionOf, made: FrictionOf, provided: set[str]) -> FrictionOf:
-    """Return `made`; a friction parameter below its lower limit is raised to this limit.
+    """Return the friction `made`; a parameter below its lower limit is raised to this limit.
 
     The lower limit of a parameter is another parameter. If `provided` contains the limit but not
     the parameter, the ratio of the parameter to the limit stays as in `document`.

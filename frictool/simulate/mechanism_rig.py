@@ -6,9 +6,9 @@ from the sensor's position:
     q_block - start_block = ratio (q_sensor - start_sensor)
 
 ratio is the product of the ratios of the links between the two blocks. The load is the block that
-`control.load` names. Without this key, the load is the block with the most links to the sensor's
-block; of several such blocks, the load is the last in the file. The load's position is converted to
-the sensor's coordinate for the comparison with the reference.
+`control.load` names. Without this key, the load is the block that is the most links away from the
+sensor's block; of several such blocks, the load is the last in the file. The load's position is
+converted to the sensor's coordinate for the comparison with the reference.
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
 
 
 def on_axis(scenario: Scenario) -> list[Disturbance]:
-    """Return the disturbances that act on the driven axis, because they name no block."""
+    """Return the disturbances that name no block and therefore act on the driven axis."""
     return [disturbance for disturbance in scenario.disturbances if disturbance.on is None]
 
 

@@ -253,7 +253,7 @@ def _check_time(key: str, spec: Spec, least: ShortestTime, model: Model) -> list
         return []
     longest = _longest_step(model, least, required, (shortest, travel.high - travel.low))
     return [
-        f"{key} of {required:.4g} s: no controller meets it for steps above {longest:.4g} {unit}; "
+        f"no controller meets {key} {required:.4g} s for steps above {longest:.4g} {unit}; "
         "the whole travel takes at least "
         f"{whole.time:.4g} s ({_described(whole.plant, model)})"
     ]

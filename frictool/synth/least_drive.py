@@ -122,9 +122,9 @@ def _unbounded(model: Model, scenario: Scenario) -> bool:
 def _frictions(
     model: Model, plants: Sequence[Mapping[str, float]]
 ) -> Iterator[tuple[float, float, float]]:
-    """Yield Coulomb friction, breakaway [N m | N] and drive constant of each plant with values.
+    """Yield friction levels [N m | N] and drive constant of each plant that has values.
 
-    Each friction is the smaller of its values in both directions.
+    The levels are Coulomb friction and breakaway, each the smaller of both directions.
     """
     today, backward = model.parameters, model.laws.backward if model.laws is not None else None
     opposite = [backward.coulomb, backward.breakaway] if backward is not None else [None, None]

@@ -34,7 +34,7 @@ def pid(problem: SynthesisProblem) -> ControllerCandidate:
     actuator = problem.model.bench.actuator
     unit = "A" if actuator.drive == "current" else "V"
     note = (
-        f"pid: gains of the design; K {quantity.value:g} {quantity.unit}; with the constant "
+        f"pid: gains of the design; K is {quantity.value:g} {quantity.unit}; with the constant "
         f"{constant:g} {actuator.constant.unit} this is "
         f"{quantity.value / constant:.4g} {unit} of the drive per unit of the error"
     )

@@ -181,7 +181,7 @@ class StructuredController:
     def system(self, parameters: Vector) -> Lti:
         """Return the controller as a linear system in continuous or discrete time.
 
-        The integrator is a separate state; its entry of a is exactly 0, or 1 if sampled.
+        The integrator is a separate state; its pole is exactly s = 0, or z = 1 if sampled.
         """
         continuous = self._continuous(parameters)
         if not self.period:

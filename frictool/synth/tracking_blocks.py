@@ -4,9 +4,9 @@ speed           the top speed in bench.yaml
 acceleration    (share K u_max - F_c - load - sigma_v speed)/J, the smallest value of all vertices;
                 u_max is the smallest of the drive's limit, the specified peak, and the current
                 that supply voltage and back-EMF allow at that speed
-jerk            2 acceleration/(N T) for a moving average over N samples: a tenth of the time
-                speed/acceleration (at least 4 samples), or one period of the lowest resonance,
-                where the moving average has a zero
+jerk            2 acceleration/(N T) for a moving average over N samples; N T is a tenth of
+                speed/acceleration (at least 4 T), or one period of the lowest resonance, where the
+                moving average has a zero
 feedforward     the model's values; the Coulomb term switches on at the speed of one encoder step in
                 10 samples, and off at half of this speed
 

@@ -85,7 +85,7 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
 
 
 def outside_message(controller: str, names: Iterable[str]) -> str:
-    """Return a warning with the phrases `names`, to which the caller prefixes a subject ("model ").
+    """Return a warning with the phrases `names`; the caller prefixes a subject ("model ").
 
     The warning contains the first phrases and the number of omitted phrases; `verify --model`
     prints all phrases.

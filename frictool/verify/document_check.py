@@ -228,7 +228,7 @@ def _sprung(controller: Controller) -> None:
 
 
 def _requirements(controller: Controller) -> tuple[tuple[int, float], ...]:
-    """Return each delay [samples] at which loops must be stable, and the margin required there."""
+    """Return pairs (delay [samples] at which loops must be stable, margin required there)."""
     delays = {
         check.delay_samples
         for vertex in controller.verified.vertices

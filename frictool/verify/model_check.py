@@ -55,7 +55,7 @@ class ModelCheck:
 def check_model(controller: Controller, model: Model) -> ModelCheck:
     """Return the margins of the controller's loops at the corners of the model's intervals.
 
-    Each interval contains the parameter's interval in the model and its range in the model's bench,
+    Each interval contains the parameter's range in the model's bench, and its interval in the model
     for all directions, speed regimes and positions (adapters/parameter_intervals.py). Raises
     FrictoolError if axis, drive, period, delay or time constant differ between the model's bench
     and the controller.

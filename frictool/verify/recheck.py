@@ -195,7 +195,7 @@ def computed_figures(controller: Controller) -> Verified:
 def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Rounded, ...]:
     """Return the results for the number formats whose rounding the loop tolerates.
 
-    A format near its limit (within TOLERANCE) counts as tolerated if the document lists it.
+    A format with values within TOLERANCE of a limit counts as tolerated if the document lists it.
     """
     listed = {one.number for one in verified.rounded}
     differences = []

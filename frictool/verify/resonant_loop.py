@@ -39,7 +39,7 @@ def resonant_check(
     An unstable loop has the margin 0.
 
     - lag: time constant of the drive [s]
-    - delay_samples: computational delay
+    - delay_samples: computational delay [samples]
     """
     radii, margins, peaks = [], [], []
     for loop in loops:

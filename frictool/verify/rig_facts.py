@@ -91,7 +91,7 @@ def different_stiffness(
     - ends: interval of the stiffness [N m/rad | N/m]; (0, 0) without a spring
 
     A controller is verified without a spring and at both ends of the interval of `spring`. The
-    verification therefore covers every stiffness from 0 to each of these ends.
+    verification therefore covers every stiffness between 0 and either end.
     """
     low, high = (0.0, 0.0) if spring is None else spring.interval
     low, high = min(0.0, low), max(0.0, high)

@@ -1,6 +1,6 @@
 """Check of loops with an axis that rings after it stops, on plants of two inertias.
 
-The rigid model does not determine the ratio of the two inertias, nor the body with the encoder. The
+The rigid model determines neither the ratio of the two inertias nor which body has the encoder. The
 loops are checked with each plant of `adapters/two_inertias.py`.
 """
 

@@ -229,7 +229,7 @@ def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
     """Return an upper bound of phi for every plant with these kappa and sigma, as a Taylor form.
 
     phi is the Coulomb friction times T^2/J (module docstring). T^2/J has three upper bounds: the
-    upper end of its interval, kappa divided by the least actuator's constant, and sigma divided by
+    upper end of its interval, kappa divided by the lowest actuator constant, and sigma divided by
     the least (viscous friction)/T if that is positive. The bound that is smallest in the middle of
     the cell is used.
     """
@@ -468,7 +468,7 @@ def explore(
     """Divide the cell `start` (6,) until a bound is proved; return outcome and number of cells.
 
     - PROVED: the characteristic polynomial D is not zero and the norm of the loop T is below
-      `level` for every plant of the box in the cell
+      `level` for every plant that is in the box and in the cell
     - VIOLATED: in doubles, the norm reaches `level` at the values of t, kappa and sigma that are
       written to `at` (3,)
     - UNDECIDED: the proof needs more than `most` cells; `at` lies in a cell that is not proved

@@ -209,7 +209,7 @@ def test_a_sample_beyond_the_range_is_saturation(tmp_path: Path) -> None:
     text = "Time,Channel A\n(ms),(V)\n\n0.0,1.0\n0.1,\u221e\n0.2,-\u221e\n0.3,2.0\n"
     table = opened(tmp_path, text)
     assert table.units == {"Time": "ms", "Channel A": "V"}
-    with pytest.raises(LogError, match=r":5: .*out of range; allowed: .*larger range"):
+    with pytest.raises(LogError, match=r":5: .*out of range\); allowed: .*larger range"):
         column(table, "Channel A")
     values = column(table, "Channel A", [])
     assert [np.isfinite(value) for value in values] == [True, False, False, True]

@@ -118,7 +118,7 @@ class WrapSearch:
         return None
 
     def possible(self) -> Wrap | None:
-        """Return a repeated jump that is either a wrap or an effect of lost samples; else None."""
+        """Return a repeated jump that may be a wrap or an effect of lost samples; else None."""
         jump = self._jumps.result()
         return None if jump is None or self._is_sure(jump) else self._wrap(jump)
 

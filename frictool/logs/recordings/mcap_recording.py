@@ -57,7 +57,7 @@ class _McapPass:
         return self.declarations.counts or {}
 
     def pieces(self) -> Iterator[tuple[MessagesByChannel | McapLoss, int]]:
-        """Yield messages and losses chunk by chunk, each with the bytes processed so far."""
+        """Yield messages and losses by chunk, each with the number of bytes processed so far."""
         for item, done in contents(FileRecords(self.stream, self.size)):
             if isinstance(item, FileSection):
                 for piece in self._part(item):

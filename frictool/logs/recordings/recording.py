@@ -83,7 +83,7 @@ class Topic:
     kind: name of the type of the messages.
     decoder: decoder of the messages; None if they cannot be decoded.
     refused: reason why the messages cannot be decoded; "" if they can be decoded.
-    paths: paths of the numbers in the first messages: the keys of a dictionary without values.
+    paths: paths of the numbers in the first messages, as keys of a dictionary (all values None).
     stamp: (path of the time stamp in the messages, paths of its seconds and nanoseconds); None if
         the messages have no stamp.
     apart_s: largest difference in s between stamp and log time. A large value means that the two

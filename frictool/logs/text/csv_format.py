@@ -249,8 +249,8 @@ class CsvTable:
             return f"has {issue.what} cells, but {where} has {len(layout.names)}{cut}"
         if cell.lstrip("+-") == OVER_RANGE:
             return (
-                f"column {layout.names[issue.what]!r}: found {cell}: the instrument was out of "
-                "range; allowed: a number; measure with a larger range; "
+                f"column {layout.names[issue.what]!r}: found {cell} (instrument out of range); "
+                "allowed: a number; measure with a larger range; "
                 f"{SALVAGE}"
             )
         shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else EMPTY_CELL

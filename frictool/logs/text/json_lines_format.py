@@ -178,7 +178,7 @@ class JsonLinesTable:
 
 
 def _lines(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Yield (line number, at most LONGEST + 2 bytes) of each nonblank line; no byte-order mark."""
+    """Yield (number, at most LONGEST + 2 bytes) of each nonblank line, without byte-order mark."""
     number = 0
     while line := stream.readline(LONGEST + 2):
         number += 1

@@ -109,8 +109,8 @@ def _turning(observer: Observer, switched: Switched) -> str:
     unit = si_unit("velocity", observer.axis)
     return (
         f"the drive changes the speed by up to {change:.3g} {unit} per sample, so that a motion "
-        f"can reverse without passing mode 0 (below {switched.switch_speed.value:g} {unit}); this "
-        f"switch is not certified{_made_up(switched)}"
+        f"can reverse without passing mode 0 (below {switched.switch_speed.value:g} {unit}); such "
+        f"a reversal is not certified{_made_up(switched)}"
     )
 
 
@@ -134,8 +134,8 @@ def _slow(observer: Observer, switched: Switched) -> str:
         time_constant(mode.spectral_radius, observer.sample_period_s) for mode in switched.modes
     )
     return (
-        f"the wear is estimated with a time constant of {slowest:.3g} s: choose a --decay below "
-        f"{switched.decay:g}"
+        f"the wear is estimated with a time constant of {slowest:.3g} s; for a faster estimate, "
+        f"choose a --decay below {switched.decay:g}"
         if slowest > SLOW_S
         else ""
     )
@@ -153,7 +153,7 @@ def _dear(switched: Switched) -> str:
 
 def _left_out(model: Model, known: tuple[str, ...]) -> str:
     names = [name for name in left_out(model) if name not in known]
-    return f"not known to the observer: {', '.join(names)}" if names else ""
+    return f"the observer neglects: {', '.join(names)}" if names else ""
 
 
 def time_constant(radius: float, period: float) -> float:

@@ -17,9 +17,9 @@ def friction_map(model: Model) -> FrictionMap:
     """Return the friction in slip by direction and position (thesis 4.41, 4.44).
 
     In each direction, the Coulomb friction is multiplied by the normalised position polynomial. The
-    viscous coefficient is the mean of both directions at low speeds. The map does not include the
-    Stribeck curve, changes of the viscous coefficient with speed, the time at rest, and loads.
-    `left_out` names the omitted effects of a model.
+    viscous coefficient is the mean of both directions at low speeds. The map includes neither the
+    Stribeck curve, nor changes of the viscous coefficient with speed, nor the time at rest, nor
+    loads. `left_out` names the omitted effects of a model.
     """
     today, laws = model.parameters, model.laws
     opposite = laws.backward if laws is not None else None

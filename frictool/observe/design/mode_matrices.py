@@ -8,10 +8,10 @@
     multiplicative   friction alpha f, so that c = f_m(i) and d = Delta_f(i)       (thesis 6.13)
     additive         friction f + alpha, so that c = 1 and d = 1                   (thesis 6.20)
 
-T is the period, J the inertia, f the friction without wear, f_m(i) and Delta_f(i) the mean and the
-deviation of f in interval i. Each sample in mode 0 (stuck) multiplies the estimated speed by h (0
-to 1). The model is discretised by Euler's method. docs/theory/observers.md lists the entries that
-differ from the thesis.
+Q is the input matrix of the model error, T the period, J the inertia, f the friction without wear,
+f_m(i) and Delta_f(i) the mean and the deviation of f in interval i. Each sample in mode 0 (stuck)
+multiplies the estimated speed by h (0 to 1). The model is discretised by Euler's method.
+docs/theory/observers.md lists the entries that differ from the thesis.
 """
 
 from __future__ import annotations

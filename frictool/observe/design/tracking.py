@@ -2,11 +2,12 @@
 
     L1 = 1 - p^3      L2 = 3/2 (1 - p)^2 (1 + p)/T      L3 = J (1 - p)^3/T^2      p = exp(-w T)
     w = RATE sqrt(delta_a/step), at most 1/T
-    delta_a = ((uncertainty of inertia) (largest effort) + uncertainty of friction + noise)/J
+    delta_a = (unsure (largest effort) + uncertainty of friction + noise)/J
 
-w is the bandwidth, T the period, J the inertia, `step` the encoder step, and delta_a the possible
-error of the acceleration. The model in slip is x'' = (effort + d)/J, d' = 0 with the position x and
-the disturbance effort d. The gains L1 to L3 place all three poles of the estimation error at p.
+w is the bandwidth, T the period, J the inertia, `unsure` its relative uncertainty, `step` the
+encoder step, and delta_a the possible error of the acceleration. The model in slip is x'' = (effort
++ d)/J, d' = 0 with the position x and the disturbance effort d. The gains L1 to L3 place all three
+poles of the estimation error at p.
 
 An error delta_a causes a speed error of about delta_a/w, until the estimate of d compensates
 delta_a. An innovation of one encoder step causes a speed error of about w times `step`. The sum of

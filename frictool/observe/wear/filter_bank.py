@@ -257,8 +257,8 @@ class FilterBank:
         """Return the noise variance r for a move [(N m)^2 | N^2].
 
         r is the variance learned so far. If the residual of the move is significantly larger, r
-        includes this residual, so that a noisy first move has less weight. `left` contains the
-        squared residuals of the present filters, (k,).
+        includes this residual, so that a noisy first move has less weight. `left` (k,): squared
+        residuals of the filters.
         """
         known = noise = self.noise
         # fitted without earlier moves, because a changed parameter is not noise
@@ -297,8 +297,8 @@ class FilterBank:
 def rising_penalty(falls: Vector, means: Vector, deviations: Vector) -> Vector:
     """Return log weights (k,), small if parts of a fall are negative (rise with speed).
 
-    `falls`, and the prior `means` and `deviations` of the falls, are (k, m). The weight is 1 for a
-    prior without an unmodelled fall.
+    `falls`, and the prior `means` and `deviations` of the falls, are (k, m). The log weight is 0
+    for a prior without an unmodelled fall.
     """
     largest = np.max(deviations, axis=1, keepdims=True, initial=0.0)
     parts = (deviations > 0.5 * largest) & np.any(means > 0.0, axis=1, keepdims=True)

@@ -216,7 +216,7 @@ class WearClassifier:
         return self._values(likely[0], over, gram, right, best)
 
     def _changed(self, gram: Vector, right: Vector) -> int:
-        """Return the number of moves since the friction has changed, 0 to RECENT (0: no change).
+        """Return the number of moves since the friction changed, 0 to RECENT (0: no change).
 
         All other parameters are assumed to be unchanged. Moves before and after a change would
         together look like wear of zones.

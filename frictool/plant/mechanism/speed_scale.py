@@ -84,7 +84,7 @@ def _reached(
 
 
 def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> None:
-    """Raise ElementError if (speed of a block)/(speed of `root`) is outside the limits."""
+    """Raise ElementError if (speed of a block)/(speed of `root`) is too large or too small."""
     for block, ratio in ratios.items():
         if not SLOWEST <= abs(ratio) <= FASTEST:
             finding = (
