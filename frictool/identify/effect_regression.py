@@ -1,4 +1,4 @@
-"""Regression of the effort that tests for effects which the model does not include.
+"""Regression of the effort, to test for effects that the model does not include.
 
 Each effect, such as a spring or a delay, is a hypothesis with columns in the regressor matrix
 (`estimators/explanation_search.py`). A hypothesis is preferred if it predicts the effort better in

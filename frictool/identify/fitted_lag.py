@@ -1,4 +1,4 @@
-"""First-order lag of the measured position, such as of a 4-20 mA transmitter, fitted to logs.
+"""First-order lag of the measured position, such as that of a 4-20 mA transmitter, fitted to logs.
 
 A regression contains a delay or lag only to first order. For a lag tau and motions of the angular
 frequency w, the error of this approximation grows with w tau: a part of tau times the viscous

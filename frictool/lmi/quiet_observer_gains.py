@@ -22,8 +22,8 @@ inequality is (6.6), in which lemma 6.2.1 requires P_j < 2 P_i for every switch.
 acts in opposite directions in two successive modes, this requirement excludes a fast estimate of
 alpha.
 
-gamma* is a result of the solver. With the computed gains and P_i, (6.9) checks both bounds, factor
-gamma* and nu.
+gamma* is a result of the solver. With the computed gains and P_i, (6.9) checks both bounds, nu and
+`factor` gamma*.
 """
 
 from __future__ import annotations

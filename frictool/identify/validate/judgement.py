@@ -12,9 +12,9 @@ acceleration. `intervals` is the rms change of the model's effort if each slidin
 the farther end of its interval; these changes are regarded as independent. `identify` doubts a
 model with a force error above DOUBTFUL_FORCE_ERROR.
 
-A model reproduces a log only within `limit`, which does not increase with the model's intervals. An
-error above `widest` contradicts the model. Between the two limits, other values within the
-intervals may fit the log, but the model's values do not.
+A model reproduces a log only if the error is within `limit`, which does not increase with the
+model's intervals. An error above `widest` contradicts the model. Between the two limits, other
+values within the intervals may fit the log, but the model's values do not.
 
 The force error says nothing about samples at rest, and an unstable model may have a small force
 error. A model whose simulated position strays therefore does not reproduce the log, either:

@@ -1,4 +1,4 @@
-"""Iterator over the records of an MCAP file that checks each record and skips damaged bytes.
+"""Iterator over the records of an MCAP file; it checks each record and skips damaged bytes.
 
     file ──▶ FileRecord, FileRecord, DamagedBytes, FileRecord, LooseMessages, ...
 
