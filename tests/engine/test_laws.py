@@ -53,8 +53,8 @@ def departures(found: Trajectory, threshold: float = SPEED) -> np.ndarray:
         ("lugre", None, 60, 9, 6.395),
         ("karnopp", 1e-4, 60, 9, 6.455),
         pytest.param("hybrid_a", 1e-5, 60, 9, 6.5124, marks=pytest.mark.accept),
-        ("hybrid_b", 4e-5, 17, 2, 6.5127),
-        ("hybrid_c", 4e-5, 17, 2, 6.5119),
+        ("hybrid_b", 4e-5, 30, 4, 6.5127),
+        ("hybrid_c", 4e-5, 30, 4, 6.5119),
     ],
 )
 def test_stick_slip_figures(
