@@ -130,7 +130,7 @@ BOMBS: dict[str, tuple[Callable[[Path], None], str]] = {
     ),
     "mcap large": (
         _bytes(lambda: _mcap(_record(0x80, bytes(30_000_000)), 400)),
-        "declare more than",
+        "unpacks to more than",
     ),
     "json": (
         _bytes(lambda: _json({f"key{k}": k for k in range(150_000)})),
