@@ -29,7 +29,9 @@ class UnpackedBudget:
         if count <= self._left:
             self._left -= count
             return None
-        return f"unpacks to more than {self._allowed} bytes, the limit for a file of {self._size}"
+        return (
+            f"unpacks to more than {self._allowed} bytes, the limit for {self._size} packed bytes"
+        )
 
 
 def refusal(size: int, rows: int, columns: int) -> str | None:

@@ -150,9 +150,9 @@ class LogObserver:
         if beyond <= BEYOND:
             return []
         return [
-            f"the log's temperatures, {log.coldest:.4g} to {log.hottest:.4g} degC, exceed the "
-            f"{law.over.low:.4g} to {law.over.high:.4g} degC of the model's logs: friction is "
-            "extrapolated"
+            f"the log's temperatures, {log.coldest:.4g} to {log.hottest:.4g} degC, are not "
+            f"within the {law.over.low:.4g} to {law.over.high:.4g} degC of the model's logs: "
+            "friction is extrapolated"
         ]
 
     def _silent(self) -> list[str]:

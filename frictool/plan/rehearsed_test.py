@@ -318,5 +318,5 @@ def _shortfall(
     duration = test.sequence.duration
     changes = remedies(bench, request, None) if set(sample) != {"breakaway"} else []
     return "; ".join(
-        [f"simulations of a test of {duration:.3g} s miss: {', '.join(missed)}", *changes]
+        [f"a test of {duration:.3g} s fails in simulations: {', '.join(missed)}", *changes]
     )

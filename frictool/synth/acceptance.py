@@ -82,7 +82,7 @@ def accept(
     for one in rounded[: len(HELD)]:
         if not tolerates_rounding(one, worst_norm, required):
             raise NoSolutionError(
-                f"not verified: rounded to {one.number}, the norm is {one.gamma:.4g} instead of "
+                f"not verified: if rounded to {one.number}, the norm is {one.gamma:.4g} instead of "
                 f"{worst_norm:.4g} and the modulus margin {one.modulus_margin:.3f} "
                 f"(specified: {required:g}); make the weights more equal"
             )

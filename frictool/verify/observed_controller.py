@@ -104,8 +104,8 @@ def with_observer(
     check_observer(observer)
     if not uses_speed(controller):
         raise FrictoolError(
-            f"the controller {controller.name!r} uses no speed; allowed: a controller with input "
-            "speed_error, a brake, an energy limiter, virtual friction, or friction compensation "
+            f"the controller {controller.name!r} uses no speed; allowed: a controller with one "
+            "of: input speed_error, brake, energy limiter, virtual friction, friction compensation "
             "by the measured speed"
         )
     merged = msgspec.structs.replace(

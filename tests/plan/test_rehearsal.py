@@ -205,7 +205,7 @@ def test_rounds_double_the_duration_and_end_at_a_half_width_that_does_not_decrea
     trials = RehearsedTests(bench, request, half_widths, lambda step: None)
     rounds = trials.rounds(precise_strokes, request)
     assert rounds.test is None
-    assert "miss: inertia 3 % (wanted 2 %), coulomb 3 % (wanted 2 %)" in rounds.refusal
+    assert "simulations: inertia 3 % (wanted 2 %), coulomb 3 % (wanted 2 %)" in rounds.refusal
     assert len(durations) == 1 + STALLS
     for before, after in itertools.pairwise(durations):
         assert after > 1.5 * before  # whole strokes come near the factor LONGER
@@ -242,6 +242,6 @@ def test_a_precision_that_rehearsals_miss_is_refused_with_the_figures(
     monkeypatch.setattr(rehearsed_test, "ROUNDS", 1)
     with pytest.raises(
         NoSolutionError,
-        match=r"miss: `identify` refuses inertia in 1 of 1 simulations \(no motion\)",
+        match=r"simulations: `identify` refuses inertia in 1 of 1 simulations \(no motion\)",
     ):
         rehearsed_strokes(bench, PrecisionRequest({"inertia": 0.02}))

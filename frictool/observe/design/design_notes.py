@@ -65,7 +65,7 @@ def _constant(switched: Switched) -> str:
         if mode.friction and mode.deviation == UNIT_DEVIATION * mode.friction
     ]
     return (
-        "the friction is the same at every position: gamma is computed for an assumed error of "
+        "the friction does not depend on position: gamma is computed for an assumed error of "
         f"{UNIT_DEVIATION:.0%} of the friction"
         if chosen
         else ""

@@ -47,9 +47,9 @@ def intervals(friction: FrictionMap, direction: int, count: int) -> list[Frictio
     if count < len(spread):
         inner = ", ".join(f"{edge:.4g}" for edge in edges[1:-1])
         raise NoSolutionError(
-            f"--intervals {count}: the {'forward' if direction > 0 else 'backward'} friction has "
-            f"an extremum at {inner} {friction.over.unit}, and must be monotone in each interval; "
-            f"allowed: at least {len(spread)}"
+            f"--intervals {count}: the friction must be monotone in each interval, but the "
+            f"{'forward' if direction > 0 else 'backward'} friction has an extremum at {inner} "
+            f"{friction.over.unit}; allowed: at least {len(spread)}"
         )
     shares = [1] * len(spread)
     while sum(shares) < count:
