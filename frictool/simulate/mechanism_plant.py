@@ -245,7 +245,7 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
         refuse(
             owner,
             f"links.{pace.link}",
-            f"too stiff or too damped (rate {pace.rate:.3g} rad/s); allowed: {allowed}; "
+            f"too stiff or too damped, with a rate of {pace.rate:.3g} rad/s; allowed: {allowed}; "
             "remove its compliance to make the link rigid",
         )
 

@@ -453,8 +453,8 @@ def test_a_date_that_is_not_read_and_a_missing_header_are_explained(tmp_path: Pa
         read(tmp_path, short, ["when"])
     with pytest.raises(
         LogError,
-        match=r"has no column 'x'; found: 1, 2 \(the file has no header; columns have "
-        r"numbers\)",
+        match=r"has no column 'x'; found: 1, 2 \(the file has no header; columns are "
+        r"numbered from 1\)",
     ):
         read(tmp_path, "0,1\n1,2\n", ["x"])
 
