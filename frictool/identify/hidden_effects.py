@@ -20,6 +20,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
+from frictool.documents.bench import Bench
 from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
 from frictool.identify.estimators.searched_records import ROWS_PER_WINDOW
 from frictool.identify.rows.effects import Hypothesis
@@ -29,11 +30,12 @@ from frictool.typing import IntVector, Vector
 LASTING = 2  # distance of the compared residuals, in smoothing windows
 
 
-def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
+def hidden_effects(regression: EffectRegression, bench: Bench) -> list[AcceptedEffects]:
     """Return the shifts of the parameters if one effect at a time is added to the fit.
 
     The tried effects are a spring, and a viscous friction that differs between the directions. An
-    effect is left out if the model includes it, or if the rows do not determine it. The result is
+    effect is left out if the model includes it, or if the rows do not determine it. The spring is
+    left out if the bench declares the loads. The result is
     empty if the residuals of one stroke that are LASTING smoothing windows apart are not
     correlated.
     """
@@ -41,7 +43,8 @@ def hidden_effects(regression: EffectRegression) -> list[AcceptedEffects]:
     residual = rows.residual(regression.used)
     lag = LASTING * ROWS_PER_WINDOW
     lasting = lasting_rms(residual, rows.samples.stroke, lag, regression.confidence)
-    tried = [one for one in regression.free if one.term in (SPRING, DIRECTION)]
+    terms = (SPRING, DIRECTION) if bench.load is None else (DIRECTION,)
+    tried = [one for one in regression.free if one.term in terms]
     shifts = [_shift(regression, one, lasting) for one in tried] if lasting > 0.0 else []
     return [one for one in shifts if one is not None]
 

@@ -92,7 +92,7 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
         or unexplained(logs, again.fit, merged.from_logs) is not None
     ):
         return _with_fitted_values(outcome, wider.fit, fixed, logs.bench), wider
-    return merged, again
+    return merged, replace(again, spring=wider.spring)
 
 
 def _with_fitted_values(

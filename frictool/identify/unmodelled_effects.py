@@ -91,6 +91,11 @@ SMOOTHER = 2.0  # factor on the length of the smoothing windows of the second fi
 LOCAL_GAIN = 5e-3
 CERTAIN = 1e-4  # largest p-value of an effect that is reported
 SERIES = (DELAY, "resonance")  # effects that the fit approximates to first order
+NOTABLE_SPRING = 1.5  # least factor by which a reported spring widens the interval of the inertia
+SPRING_NOTE = (
+    "a spring, which this motion cannot separate from the inertia, makes its interval {:.2g} times "
+    "as wide; test at other frequencies, or declare load.terms: [offset] if the axis has no load"
+)
 NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 
 
@@ -105,6 +110,8 @@ class WidenedFit:
     - beyond: (name of an effect, parameters that the effect moves out of their intervals if its
       effort is as large as fitted); None if there is no such effect
     - cautions: pairs of a parameter's name and a warning about this parameter
+    - spring: factor by which a possible spring (`hidden_effects.py`) widens the interval of the
+      inertia
     """
 
     fit: SlidingFit
@@ -112,6 +119,7 @@ class WidenedFit:
     ratios: Mapping[str, float] = field(default_factory=dict)
     beyond: tuple[str, Sequence[str]] | None = None
     cautions: Sequence[tuple[str, str]] = ()
+    spring: float = 1.0
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
         """Return the warnings about parameters in `identified`, except those of `doubts`."""
@@ -131,18 +139,20 @@ class WidenedFit:
         return dict.fromkeys(moved, (text,))
 
     def notes(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return a text about `effect` if it makes an interval in `identified` much wider."""
+        """Return texts about `effect` and a spring if they make an interval much wider."""
         wider = [
             f"{name} {ratio:.2g}"
             for name, ratio in self.ratios.items()
             if self._widened(name, identified)
         ]
+        spring = () if self.spring <= NOTABLE_SPRING else (SPRING_NOTE.format(self.spring),)
         if self.effect is None or not wider:
-            return ()
+            return spring
         settle = self.effect.settle and f". To decide, {self.effect.settle}"
         return (
             "included in the intervals: an effect that the model lacks, perhaps "
             f"{self.effect.what[-1]} ({', '.join(wider)} times as wide){settle}",
+            *spring,
         )
 
     def _widened(self, name: str, identified: Mapping[str, Interval]) -> bool:
@@ -186,7 +196,7 @@ def widened(
     between = current_between_samples(inertial, records, bench)
     moved += between
     parameters = _with_shifts(parameters, fit, bench, (*accepted, *moved))
-    wide = _with_shifts(parameters, fit, bench, hidden_effects(regression))
+    wide = _with_shifts(parameters, fit, bench, hidden_effects(regression, bench))
     cautions = list[tuple[str, str]]()
     if winding is not None and "inertia" in wide:
         wide["inertia"] = winding.corrected(wide["inertia"])
@@ -209,7 +219,15 @@ def widened(
         ratios,
         _beyond(wide, bench, certain),
         cautions,
+        _growth(parameters.get("inertia"), wide.get("inertia")),
     )
+
+
+def _growth(before: Interval | None, after: Interval | None) -> float:
+    """Return the ratio of the half widths of two intervals; 1 if an interval is missing."""
+    if before is None or after is None or before.half_width == 0.0:
+        return 1.0
+    return after.half_width / before.half_width
 
 
 def _beyond(

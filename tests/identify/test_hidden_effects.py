@@ -84,16 +84,31 @@ def test_the_intervals_hold_over_random_hidden_effects(
 
 
 def test_a_true_model_has_no_hidden_effects() -> None:
-    found = [hidden_effects(regression_of(record(seed, 0.0, 0.0, 0.0))) for seed in range(20)]
+    bench = rotary_bench(None)
+    regressions = [regression_of(record(seed, 0.0, 0.0, 0.0)) for seed in range(20)]
+    found = [hidden_effects(one, bench) for one in regressions]
     assert sum(map(bool, found)) <= 3
 
 
 def test_an_effect_of_the_model_is_not_hidden() -> None:
-    log = record(1, SIZE, 0.0, 0.0)
-    both = {one.what for one in hidden_effects(regression_of(log))}
-    rest = {one.what for one in hidden_effects(regression_of(log, ("offset", "spring")))}
+    log, bench = record(1, SIZE, 0.0, 0.0), rotary_bench(None)
+    both = {one.what for one in hidden_effects(regression_of(log), bench)}
+    rest = {one.what for one in hidden_effects(regression_of(log, ("offset", "spring")), bench)}
     assert both == {("viscous friction by direction",), ("a spring",)}
     assert rest == {("viscous friction by direction",)}
+
+
+def test_declared_loads_exclude_a_hidden_spring() -> None:
+    log, bench = record(2, SIZE, 0.0, 0.0), rotary_bench(None)
+    declared = msgspec.structs.replace(bench, load=LoadTerms(("offset",)))
+    settings = IdentificationSettings()
+    fit = least_squares([log], bench, settings)
+    free, known = (widened(fit, [log], one, settings.confidence) for one in (bench, declared))
+    halves = [one.fit.parameters["inertia"].half_width for one in (known, free)]
+    assert halves[1] > 1.5 * halves[0]
+    (note,) = free.notes(free.fit.parameters)
+    assert "declare load.terms: [offset]" in note
+    assert not known.notes(known.fit.parameters)
 
 
 def test_only_residuals_that_last_longer_than_the_lag_count() -> None:
