@@ -377,7 +377,7 @@ def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list
         *([] if logs.drive_off else doubt_warnings(fit, logs.method)),
         *unstable_load_warnings(fit, logs.sliding, logs.bench),
         *extrapolated_spring_warnings(fit, logs.sliding, logs.bench),
-        *pooling_warnings(logs.sliding, logs.bench, logs.settings, free),
+        *pooling_warnings(logs.sliding, logs.bench, logs.settings, free, outcome.identified),
     ]
     if logs.method != methods.DEFAULT and not logs.drive_off:
         warnings += method_warnings(logs.sliding, logs.rows, logs.bench, logs.settings, fit)

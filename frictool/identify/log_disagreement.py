@@ -1,7 +1,7 @@
 """Warnings about logs that disagree about a parameter.
 
-If logs disagree, the interval from all logs is much wider than the interval from one log, and the
-common model fits no log well.
+If logs disagree, the common model fits no log well. Either the interval from all logs is much wider
+than the interval from one log, or it is so narrow that it lies outside the interval from one log.
 """
 
 from __future__ import annotations
@@ -22,13 +22,18 @@ MOST_LOGS = 20  # largest number of compared logs; the first logs are used
 
 
 def pooling_warnings(
-    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, fit: SlidingFit
+    records: list[MotionRecord],
+    bench: Bench,
+    settings: IdentificationSettings,
+    fit: SlidingFit,
+    identified: Mapping[str, Interval],
 ) -> list[str]:
-    """Return a warning for each parameter whose interval from all logs is unexpectedly wide.
+    """Return a warning for each parameter about which the logs disagree.
 
     The interval from all logs should be narrower than the interval from a single log. A warning is
     returned if the interval from all logs is more than WIDER times as wide as the narrowest
-    interval from a single log. `fit` is the fit of all logs without fixed parameters. Each log is
+    interval from a single log, or if the interval from a single log does not overlap the interval
+    of the model (`identified`). `fit` is the fit of all logs without fixed parameters. Each log is
     also fitted alone with the same method and load terms. If the method is output error, least
     squares replace it, because a search for each log would take long.
     """
@@ -65,7 +70,25 @@ def pooling_warnings(
                 f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of "
                 f"{best} alone, {_reason(intervals)}; use --each log"
             )
+        elif name in identified:
+            out += _outside(name, identified[name], intervals)
     return out
+
+
+def _outside(name: str, common: Interval, intervals: Mapping[str, Interval]) -> list[str]:
+    """Return a warning if the interval of a log does not overlap the common interval."""
+    distance = {
+        log: max(one.low - common.high, common.low - one.high) for log, one in intervals.items()
+    }
+    log = max(distance, key=lambda each: distance[each])
+    if distance[log] <= 0.0:
+        return []
+    alone = intervals[log]
+    return [
+        f"{name}: the interval from all logs, [{common.low:.4g}, {common.high:.4g}], contradicts "
+        f"{log} alone, [{alone.low:.4g}, {alone.high:.4g}]: the logs differ, perhaps in "
+        "temperature; use --each log"
+    ]
 
 
 def _reason(intervals: Mapping[str, Interval]) -> str:

@@ -419,6 +419,7 @@ def test_pooled_logs_that_agree_are_not_said_to_disagree(folder: Path) -> None:
         bench,
         IdentificationSettings(),
         replace(fit, parameters=found, method="least-squares"),
+        found,
     )
     assert told
     singles = [
@@ -431,6 +432,17 @@ def test_pooled_logs_that_agree_are_not_said_to_disagree(folder: Path) -> None:
         assert f" is {wide[name] / narrowest:.3g} times as wide as that of " in line
     assert not any("because the logs disagree" in line for line in told)
     assert all("although the logs agree on this parameter" in line for line in told)
+    # a common value that no single log supports, as between a cold and a warm log
+    common = replace(fit, method="least-squares")
+    elsewhere = dict(fit.parameters)
+    for shift, count in ((0.0, 0), (1.0, 1)):
+        moved = fit.parameters["coulomb"].value * (1.0 + shift)
+        elsewhere["coulomb"] = Interval(moved, 0.99 * moved, 1.01 * moved)
+        lines = pooling_warnings(
+            [alone, record], bench, IdentificationSettings(), common, elsewhere
+        )
+        assert len(lines) == count
+        assert all("coulomb: " in line and " contradicts " in line for line in lines)
 
 
 @pytest.mark.parametrize("method", ["auto", "least-squares"])
