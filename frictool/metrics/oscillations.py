@@ -14,7 +14,7 @@ from frictool.typing import Vector
 def oscillations(position: Vector, origin: float, target: float, resolution: float = 0.0) -> int:
     """Return the number of oscillations of `position` (n,) after a step.
 
-    The number is 0 if the position never enters the 95 % zone: final value ± 5 % of the step, at
-    least ± one sensor step.
+    The number is 0 if the position never enters the 95 % zone: final value ± the larger of 5 % of
+    the step and one sensor step.
     """
     return math.ceil(reversals(position, origin, target, resolution) / 2)

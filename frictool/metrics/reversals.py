@@ -51,8 +51,8 @@ def turning_points(position: Vector, threshold: float, direction: float = 0.0) -
 def reversals(position: Vector, origin: float, target: float, resolution: float = 0.0) -> int:
     """Return the number of reversals of `position` (n,) after a step.
 
-    The number is 0 if the position never enters the 95 % zone: final value ± 5 % of the step, at
-    least ± one sensor step.
+    The number is 0 if the position never enters the 95 % zone: final value ± the larger of 5 % of
+    the step and one sensor step.
     """
     zone = zone_half_width(origin, target, resolution)
     inside = (np.abs(position - final_value(position)) <= zone).nonzero()[0]

@@ -1,7 +1,7 @@
 """Comparison of a mechanism with its one-inertia model, with the same controller and reference.
 
-The allowed difference of the positions during a hold is the backlash plus d. d is one encoder step,
-or `tolerance` times the reference step at the start of the hold if this is larger. The allowed
+The allowed difference of the positions during a hold is the backlash plus d. d is the larger of one
+encoder step and `tolerance` times the reference step at the start of the hold. The allowed
 difference of the response times is the larger of `tolerance` times the response time of the whole
 mechanism, and one sample period.
 """

@@ -106,7 +106,7 @@ class RunMetrics:
         """Return (drive at rest, met); met is None if no hold is long enough.
 
         The drive at rest is replaced by inf if the axis moves although the drive is within its
-        limit.
+        limit at rest.
         """
         assert self._after is not None
         motions, drives = [], []

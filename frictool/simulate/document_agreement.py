@@ -27,7 +27,7 @@ DOCUMENTS = DocumentNames()
 
 
 def refuse(name: str, key: str, message: str) -> NoReturn:
-    """Raise DocumentError for `key` of the document `name`, with the line if `name` is a file."""
+    """Raise DocumentError for `key` of the document `name`; if this is a file, with the line."""
     raise document_error(name, key, message)
 
 

@@ -77,10 +77,10 @@ def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
 def worst_inside(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], vertices: Sequence[PlantPoint]
 ) -> tuple[WorstPlant, WorstPlant]:
-    """Return the worst plant of the vertices, and the worst plant found between the vertices.
+    """Return the worst plant of the vertices, and the worst plant found at or between them.
 
     Between the vertices, POINTS scattered plants are evaluated first. A local search then starts at
-    the worst plant so far, vertices included.
+    the worst of these plants and the vertices.
     """
     box = enclosing_box(vertices)
     at_vertices = worst_norm(controller, plant, vertices)

@@ -23,7 +23,7 @@ CONVERGED = 1e-12  # relative change below which Smith's method stops
 
 
 class ErrorGains(NamedTuple):
-    """Ratios of the velocity error to a position error [1/s], as ratios of standard deviations.
+    """Ratios of the standard deviations of the velocity error and a position error [1/s].
 
     - rounding: (velocity error)/(position error), for a white error of the measured position
     - misfit: (velocity error)/(error of the predicted position), both caused by a white error of

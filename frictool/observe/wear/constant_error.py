@@ -19,9 +19,9 @@ QUANTILE = 1.96  # quantile of the normal distribution; the bench's range is a 9
 
 
 def scale_of(model: Model) -> EstimateRange | None:
-    """Return the common factor of all estimates: 1, with an interval from the range in bench.yaml.
+    """Return the common factor of all estimates: 1, with the interval value/high to value/low.
 
-    The result is None if the bench states no range of the actuator constant.
+    bench.yaml states value, low and high of the actuator constant. Without a range, return None.
     """
     known = model.bench.actuator.constant
     low, high = known.interval
