@@ -50,9 +50,9 @@ def moved(k: Lti, bandwidth: float, to: float) -> Lti:
     rate = float(rates[slowest])
     if rate > SLOW * bandwidth or abs(pole.imag) > 1e-9 * max(1.0, abs(pole)):
         raise NoSolutionError(
-            f"the controller's slowest pole is {rate:.3g} rad/s from an integrator; allowed: "
-            f"real and below a tenth of the bandwidth of {bandwidth:.3g} rad/s; lower "
-            "weights.static_error, or raise weights.command"
+            f"the slowest controller pole is {rate:.3g} rad/s from an integrator; allowed: real, "
+            f"below a tenth of the bandwidth of {bandwidth:.3g} rad/s; lower weights.static_error "
+            "or raise weights.command"
         )
     residue, rest = split_pole(k, float(pole.real))
     return parallel_sum(first_order(to, residue, k.period), rest)
