@@ -16,7 +16,7 @@ from frictool.cli.console_output import Verbosity, note, shows_progress
 def progress(label: str) -> Iterator[Callable[[float], None]]:
     """Yield a callback that takes the completed fraction (0 to 1); frequent calls are cheap.
 
-    The bar appears on a terminal only; with --verbose, the label also appears elsewhere.
+    The bar appears on a terminal only; without a terminal, --verbose shows the label.
     """
     if not shows_progress():
         yield lambda part: None

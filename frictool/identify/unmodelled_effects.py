@@ -93,7 +93,7 @@ CERTAIN = 1e-4  # largest p-value of an effect that is reported
 SERIES = (DELAY, "resonance")  # effects that the fit approximates to first order
 NOTABLE_SPRING = 1.5  # least factor by which a reported spring widens the interval of the inertia
 SPRING_NOTE = (
-    "a spring, which this motion cannot separate from the inertia, makes its interval {:.2g} times "
+    "this motion cannot separate a spring from the inertia, whose interval becomes {:.2g} times "
     "as wide; test at other frequencies, or declare load.terms: [offset] if the axis has no load"
 )
 NOTABLE = 3.0  # least factor by which a reported effect widens an interval

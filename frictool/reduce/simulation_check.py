@@ -199,7 +199,7 @@ def _measured(
 def _distance(a: Vector, b: Vector, whole: Vector) -> float:
     """Return the largest difference of the positions a and b.
 
-    The last sample is the first at which a, b or `whole` is outside the travel.
+    Each array ends where its motion leaves the travel; only samples that all three have count.
     """
     count = min(a.shape[0], b.shape[0], whole.shape[0])
     return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))

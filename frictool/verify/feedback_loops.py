@@ -321,8 +321,8 @@ def measured_axis(
 def _one_plus_integral(rate: float, period: float) -> Lti:
     """Return the system 1 + rate T z/(z - 1), with T the `period` [s].
 
-    For the input eta, the output is eta plus the integral of the requested speed (rate times eta),
-    which includes the current sample.
+    For the input eta, the output is eta plus the integral of the requested speed (rate times eta).
+    The integral includes the current sample.
     """
     return Lti(
         np.eye(1), np.eye(1), np.array([[rate * period]]), np.array([[1.0 + rate * period]]), period

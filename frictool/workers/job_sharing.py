@@ -62,7 +62,8 @@ def share(
     Exception
         Any exception that `function` raises.
     WorkerLost
-        If all processes that run the same job end, and `instead` is None.
+        If several workers die during the same job and `instead` is None, or if a process does not
+        start.
     ClusterError
         If the cluster cannot be used.
     ValueError

@@ -114,8 +114,10 @@ def assemble(document: Mechanism) -> AssembledMechanism:
 
 def _stiff_notes(assembled: AssembledMechanism) -> list[str]:
     rates = rates_of(assembled)
+    stiffness = assembled.packed.couplings.stiffness
     return [
-        f"{name}: the link's natural frequency of {rates.rate[link]:.3g} rad/s is above "
+        f"{name}: the link's natural frequency of "
+        f"{np.sqrt(stiffness[link] * rates.mobility[link]):.3g} rad/s is above "
         f"{LARGEST_RATE:g} rad/s, "
         "so that a simulation damps the link's oscillation critically"
         for link, name in enumerate(assembled.couplings)

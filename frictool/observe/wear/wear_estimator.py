@@ -232,7 +232,7 @@ def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
     """Return a copy of `alike`, with the kind of wear and the directional wear of `verdict`.
 
     - alike: estimate that assumes uniform wear
-    - verdict: classification of the wear; if its kind is not uniform, mean wear, added effort,
+    - verdict: classification of the wear; unless its kind is in ALIKE, mean wear, added effort,
       zones and inertia of the result also come from `verdict`
     """
     if verdict.kind not in ALIKE:
