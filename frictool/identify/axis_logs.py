@@ -94,7 +94,7 @@ class AxisLogs:
         )
 
     def sensed(self, lag: float) -> AxisLogs:
-        """Return the logs with the effort filtered by the lag `lag` [s] of the position sensor."""
+        """Return the logs with the effort filtered by the position sensor's lag, `lag` [s]."""
         sliding = [sensed(record, lag) for record in self.sliding]
         ramps = [sensed(record, lag) for record in self.ramps]
         return replace(self, sliding=sliding, ramps=ramps, rows=motion_rows(sliding, self.bench))
@@ -115,8 +115,8 @@ def sort_logs(
 ) -> AxisLogs:
     """Return the logs of an axis, sorted into sliding motion and breakaway ramps.
 
-    The kind of each record in `records` (sliding motion or ramps) is detected; `ramps` contains
-    ramps only. Raises LogError if a log occurs twice, or cannot come from this axis.
+    The kind of each record in `records`, sliding motion or ramps, is detected; each record in
+    `ramps` is taken as ramps. Raises LogError if a log occurs twice, or cannot come from this axis.
     """
     every = [*records, *ramps]
     records = shaped(records, bench)

@@ -1,7 +1,7 @@
 """Warnings about an identified model.
 
-A model is doubtful if it contradicts the bench, if the values or ranges in bench.yaml increase its
-force error, or if it leaves much of the effort unexplained.
+A model is doubtful if it contradicts the bench, if values from bench.yaml in place of fitted values
+increase the force error, or if it leaves much of the effort unexplained.
 """
 
 from __future__ import annotations
@@ -318,7 +318,7 @@ def _factor(
 def replacement_warnings(
     free: SlidingFit, final: SlidingFit, identified: Mapping[str, Interval]
 ) -> list[str]:
-    """Return a warning if the values or ranges in bench.yaml increase the force error.
+    """Return a warning if bench values in place of fitted values increase the force error.
 
     - free: fit in which no parameter was fixed
     - final: fit of the model, in which refused parameters have values within the ranges in

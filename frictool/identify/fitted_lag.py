@@ -11,7 +11,7 @@ From effort to reported position, the axis has the transfer function
     1/(viscous s (T s + 1)(tau s + 1))        T = inertia/viscous
 
 T and tau can be exchanged. Only the instants at which the friction changes its sign distinguish the
-two. The inertia may therefore be tau times the viscous friction, too (`exchanged_inertia`).
+two. The inertia may therefore be tau times the viscous friction instead (`exchanged_inertia`).
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def fitted_lag(
 
     The result is None in five cases:
 
-    - The bench states the lag, or the records include a lag or a measured velocity.
+    - The lag need not be fitted (`lag_is_known`).
     - `fit` contains no delay by which the position follows the effort.
     - The lag may be shorter than the time between the readings of effort and position in a row.
     - The iteration for the lag does not converge.

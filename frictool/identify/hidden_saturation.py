@@ -21,9 +21,9 @@ Each comparison must have the same result without the stroke that supports the r
 
 A command with few levels, such as a pseudo-random binary sequence, has flat tops, too. S then
 reduces the residual although nothing saturates: the limits of S clip the noise of the acceleration,
-and the jumps that a delayed effort makes too late. The linear fits and the rival therefore contain
-a delay to second order (derivatives of the effort). The mean square effort of this noise is
-subtracted from all squared residuals.
+and the late jumps of a delayed effort. The linear fits and the rival therefore contain a delay to
+second order (derivatives of the effort). The mean square effort of this noise is subtracted from
+all squared residuals.
 """
 
 from __future__ import annotations

@@ -179,8 +179,8 @@ def identify_records(
 ) -> Identification:
     """Identify the axis of `bench` from records of sliding motion and of breakaway ramps.
 
-    The kind of each record in `records` (sliding motion or ramps) is detected; `ramps` contains
-    ramps only.
+    The kind of each record in `records`, sliding motion or ramps, is detected; each record in
+    `ramps` is taken as ramps.
 
     Raises
     ------

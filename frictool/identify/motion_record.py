@@ -78,8 +78,8 @@ class TemperatureSignal:
     - reference: temperature for which the sliding parameters are valid, degC
     - viscous_rate, coulomb_rate: approximate relative change of viscous and of Coulomb friction per
       kelvin, 1/K
-    - viscous_curvature: coefficient of the square of `excess` in the exponent of viscous friction,
-      1/K^2; 0 if the logs do not determine this coefficient
+    - viscous_curvature: coefficient of (temperature - reference)^2 in the exponent of viscous
+      friction, 1/K^2; 0 if the logs do not determine this coefficient
     """
 
     values: Vector

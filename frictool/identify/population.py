@@ -72,7 +72,7 @@ class Population:
     - count, units: number of models, and number of units (tested machines)
     - mean: mean value, weighted by inverse variances
     - spread: standard deviation of the values
-    - expected: standard deviation of the values that the intervals predict
+    - expected: standard deviation that the intervals predict for the values
     - whole: test whether all models have one true value
     - within: test whether the models of each unit have one true value; None if there are too few
       models

@@ -9,10 +9,10 @@ their hull (Boyd et al., 1994). In discrete time a Schur complement keeps A' P A
 
 The matrices of a sampled plant are not multi-affine in the parameters of the continuous plant. For
 sampled loops the bound is therefore valid for plants whose sampled matrices are interpolated
-between the matrices of the corners. The bound is not proved for the true plants between the
-corners, although these are close to the interpolated plants. The result does not rely on the
-solver's gamma: for the computed P, the smallest gamma of each inequality is the largest eigenvalue
-of a matrix (Schur complement).
+between the matrices of the sampled loops. The bound is not proved for the true plants between these
+loops, although these are close to the interpolated plants. The result does not rely on the solver's
+gamma: for the computed P, the smallest gamma of each inequality is the largest eigenvalue of a
+matrix (Schur complement).
 """
 
 from __future__ import annotations

@@ -72,8 +72,8 @@ class GriddedSolution:
     """Solution of the gridded synthesis: coefficients x of X(r) and y of Y(r) in their `bases`.
 
     X and Y solve the inequalities at `gamma` >= `optimum`, the smallest gamma. X and Y are valid
-    for plants in the complex variable p that `frame` defines, and in the state coordinates x = t
-    x_balanced.
+    for plants in the complex variable p that `frame` defines, and for states equal to t times the
+    balanced states.
 
     - motions: corners of the rates (steps in discrete time) in the unit of time of `frame`
     - points: values of r at the final grid points

@@ -162,7 +162,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the assessments of parameters in `counted` that are not 0 and not identifiable."""
+    """Return the assessments of those parameters `counted` that are above 0 but unidentifiable."""
     return [
         row
         for row in assessment.rows

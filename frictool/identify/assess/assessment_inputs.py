@@ -79,7 +79,8 @@ class AssessmentRequest:
     duration : float
         Duration of the proposed sines, s.
     noise : float or None
-        Standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit.
+        Standard deviation of the noise on the measured drive, A | V; None for 0.2 % of the drive's
+        limit.
     effort : float or None
         Largest effort of the test, N m | N; None for the largest effort of the bench.
     presliding : float or None

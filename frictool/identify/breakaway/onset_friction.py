@@ -180,9 +180,9 @@ class OnsetData:
 
     - table: the onsets as arrays, with the encoder step
     - positions: positions and directions of the onsets
-    - offset: offset of the bench, N m | N. If all onsets have the same direction, or if the offset
-      belongs to the fit of a known load, `offset` is None, and the argument `axis` of the methods
-      contains the offset.
+    - offset: offset of the bench, N m | N. If all onsets have the same direction, or if the load
+      over position is known, `offset` is None, and the argument `axis` of the methods contains the
+      offset.
     - fall: assumed Stribeck curve after each onset
     - rejected: number of detected motions that were left out because they are no breakaway
     - after_reversals: number of onsets that were left out because they directly follow a reversal
@@ -199,7 +199,7 @@ class OnsetData:
 
     @property
     def yields(self) -> bool:
-        """Return True if the drive train yields by a count or more before any onset."""
+        """Return True if the drive train yields by a count or more before at least one onset."""
         return any(onset.yields for onset in self.onsets)
 
     def later(self, fall: StribeckFall) -> OnsetData:

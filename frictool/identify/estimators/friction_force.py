@@ -121,7 +121,7 @@ class _FrictionCurve:
 def _curve(
     rows: RegressionSamples, inertia: Interval, both: bool, reach: int, confidence: float
 ) -> _FrictionCurve:
-    """Fit the curve; `reach` is the period of the filter's cut-off frequency in samples."""
+    """Fit the curve; residuals are taken as correlated over `reach` rows."""
     force = rows.effort - inertia.value * rows.acceleration
     peak = _peak(rows, force, both, float(np.max(np.abs(rows.velocity))))
     columns = _design(rows, peak, both)

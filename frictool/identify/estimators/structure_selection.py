@@ -1,4 +1,4 @@
-"""Choice of the load terms of a simulated axis by the prediction of strokes that a fit did not use.
+"""Choice of load terms by cross-validation of simulated models on halves of the records.
 
 Each record is cut into halves at the reversal nearest to its middle, where a simulation can begin
 at rest. A model that is fitted to one half by output error simulates the other half. Load terms

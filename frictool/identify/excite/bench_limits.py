@@ -171,8 +171,8 @@ def declared_loads(bench: Bench) -> DeclaredLoads:
 def sensing_of(bench: Bench, noise: float | None = None) -> SensorPrecision:
     """Return sample period, encoder step and effort noise of a bench.
 
-    `noise` is the standard deviation of the measured drive, A | V; the default is 0.2 % of the
-    drive's limit.
+    `noise` is the standard deviation of the noise on the measured drive, A | V; the default is
+    0.2 % of the drive's limit.
     """
     drive = bench.actuator
     measured = DRIVE_NOISE_SHARE * drive.limit.value if noise is None else noise

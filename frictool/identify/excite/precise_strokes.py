@@ -55,7 +55,8 @@ class PrecisionRequest:
       bench.yaml
     - duration: duration of the most precise test, s; None to design the shortest test
     - longest: longest allowed duration of the shortest test, s
-    - noise: standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit
+    - noise: standard deviation of the noise on the measured drive, A | V; None for 0.2 % of the
+      drive's limit
     - seed: seed of the random reversal positions
     - robust: True for two additional requirements: the strokes must separate the effects EFFECTS
       from inertia and friction, and no parameter may be much less precise than the others

@@ -19,8 +19,8 @@ def promise_of(
 ) -> Promise:
     """Return the document `promise.yaml` for the tests of a bench.
 
-    `noise` is the standard deviation of the measured drive, A | V; the default is 0.2 % of the
-    drive's limit.
+    `noise` is the standard deviation of the noise on the measured drive, A | V; the default is
+    0.2 % of the drive's limit.
     """
     actuator = bench.actuator
     assumed = DRIVE_NOISE_SHARE * actuator.limit.value if noise is None else noise

@@ -88,8 +88,8 @@ def worst_axis(bench: Bench, effects: tuple[str, ...] = ()) -> PriorAxis:
 def worst_sensing(bench: Bench, noise: float | None) -> SensorPrecision:
     """Return period, encoder step and effort noise for the largest drive constant.
 
-    `noise` is the standard deviation of the measured drive, A | V; the default is 0.2 % of the
-    drive's limit.
+    `noise` is the standard deviation of the noise on the measured drive, A | V; the default is
+    0.2 % of the drive's limit.
     """
     constant = bench.actuator.constant
     sensing = sensing_of(bench, noise)
@@ -106,7 +106,8 @@ def stroke_candidates(
     bench
         Bench whose limits every stroke respects.
     noise
-        Standard deviation of the measured drive, A | V; None for 0.2 % of the drive's limit.
+        Standard deviation of the noise on the measured drive, A | V; None for 0.2 % of the drive's
+        limit.
     effects
         Effects that the strokes must separate from inertia and friction.
 

@@ -236,10 +236,10 @@ class ReversalRegression:
         return bounded_minimum(lambda width: self.squares(width, rise), float(low), float(high))
 
     def largest_hidden(self, widest: float) -> float:
-        """Return the largest backlash [rad | m], at most `widest`, that would not show.
+        """Return the largest backlash [rad | m], at most `widest`, that stays hidden.
 
-        Inside the backlash, friction is assumed to fall to the fraction REDUCED. A backlash would
-        not show if a model without backlash fits nearly as well.
+        Inside the backlash, friction is assumed to fall to the fraction REDUCED. A backlash stays
+        hidden if a model without backlash fits nearly as well.
         """
         count = np.unique(self.stroke).size
         plain = self.plain[:, :SLOPE]

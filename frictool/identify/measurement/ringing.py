@@ -119,9 +119,10 @@ def _mean(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 
 def _of_record(record: MotionRecord, axis: Rigidity) -> list[FreeOscillation]:
-    """Return one free oscillation for each stop, the one with the most precise frequency.
+    """Return the free oscillation with the most precise frequency for each stop.
 
-    Windows belong to the same stop if the position hardly moves between their starts.
+    Oscillations in several windows belong to the same stop if the position hardly moves between the
+    starts of these windows.
     """
     found = [one for window in WINDOWS for one in _in_windows(record, window, axis)]
     groups = list[list[_WindowOscillation]]()

@@ -187,7 +187,7 @@ class _Piece:
         return _lagged(new + before * (old - new), decay)
 
     def speed_response(self, lag: float, slope: tuple[float, float]) -> Vector:
-        """Return the speed (n,) after a lag [s]; `slope`: weights of its slope, such as CENTRAL."""
+        """Return the speed (n,) filtered by a lag [s]; `slope`: weights of the speed's slope."""
         return _lagged(_weighted_speed(self.speed, self.log.period, lag, slope), _decay(self, lag))
 
     def initial_response(self, lag: float) -> Vector:

@@ -127,8 +127,7 @@ class Hypothesis:
     - term: load term, as in `load_terms.TERMS`, or name in `load.terms` of the bench
     - names: parameters, one for each column of the regression
     - what: physical name, as text
-    - settle: text that names a test or a change of bench.yaml that would show whether the effect
-      acts
+    - settle: text with a test, or a change of bench.yaml, that shows whether the effect acts
     - is_load: True if the effect is a load in the model document
     - needs_position: True if the columns depend on the absolute position
     - differentiates: True if the columns are derivatives of the smoothed position

@@ -9,7 +9,7 @@ If the model is valid on one side of a position only (`valid_side`), the part of
 side is compared. Each simulation starts where the log enters this side, with the measured speed.
 
 If the friction of the model depends on temperature and the log contains a temperature, the friction
-is computed for the log's mean temperature.
+is computed for the mean temperature of each simulated part of the log.
 
 The error of a signal is the norm of measured minus simulated values divided by the norm of the
 measured values, without the first `skip` samples. Velocity and acceleration are differences over
