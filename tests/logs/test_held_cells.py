@@ -70,6 +70,19 @@ def test_a_deadband_is_named_and_bounds_the_error(tmp_path: Path):
     assert 0.0 < error <= 0.04 + 1e-9
     assert any("'I' has steps of 0.01, but no change below 0.05" in text for text in log.warnings)
     assert deadband(true[:, 1]) is None
+    full = ["Time [s],PV,I"]  # a row for each sample, in which held values are repeated
+    seen = log.main.signals["current"]
+    full += [f"{1.7e9 + PERIOD * k:.2f},{k / 10:.1f},{one:.2f}" for k, one in enumerate(seen)]
+    again = read(tmp_path / "full.csv", full, hold=False)
+    assert any("no change below 0.05" in text for text in again.warnings)
+
+
+def test_coarse_or_few_changes_are_no_deadband():
+    """Noise of 30 steps has hardly a small change in 50 samples; a speed may be rounded twice."""
+    rng = np.random.default_rng(3)
+    noise = np.round(rng.normal(0.0, 30.0, 5000))
+    assert all(deadband(noise[k : k + 50]) is None for k in range(0, 5000, 50))
+    assert deadband(np.floor(2.5 * np.round(rng.normal(0.0, 8.0, 5000)))) is None
 
 
 def test_cells_are_held_only_where_the_bench_says_so(tmp_path: Path):

@@ -38,9 +38,8 @@ def prepare_tables(
     """
     ready = tuple(zeroed(table, bench.columns) for table in tables)
     if not bench.quadrature:
-        if bench.layout is None or not bench.layout.hold:
-            return ready, []
-        ready = tuple(_latched(table, bench, held=True) for table in ready)
+        if bench.layout is not None and bench.layout.hold:
+            ready = tuple(_latched(table, bench, held=True) for table in ready)
         doubts = tuple(text for table in ready for text in deadband_doubts(table, bench))
         return ready, [lambda: doubts]
     if len(ready) > 1:
