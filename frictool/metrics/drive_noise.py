@@ -43,8 +43,5 @@ def noise_floor(signal: Vector) -> float:
 
 
 def peak_factor(samples: int) -> float:
-    """Return the peak of `samples` values of white noise, divided by the standard deviation.
-
-    The noise hardly ever exceeds this peak.
-    """
+    """Return (peak that `samples` values of white noise hardly exceed)/(standard deviation)."""
     return math.sqrt(2.0 * math.log(max(samples, 2))) + MARGIN

@@ -40,7 +40,7 @@ def load_static_error(
     - load: result of `load_bounds`
     - resolution: sensor step [rad or m], 0 if unknown
 
-    If a bound still moves at the end of the hold, the error is the largest error there
+    If a bound still moves at the end of the hold, the result is the largest error at the end
     (static_error.py).
     """
     ends = [one[-tail_samples(one.size) :] for one in load]

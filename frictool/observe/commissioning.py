@@ -1,10 +1,10 @@
 """Wear estimate of a unit at commissioning, and the ratio of later estimates to this estimate.
 
-The wear is the factor between the friction of the unit and the friction of the model. Errors that
-the two estimates have in common cancel in the ratio. Examples are a wrong actuator constant
-(wear/constant_error.py), and a factor between the friction of the new unit and the model. FLOOR,
-the error of the model's friction over position and speed (wear/wear_estimator.py), cancels, too.
-Because FLOOR is part of both intervals, the interval of the ratio is too wide.
+The wear is the friction of the unit divided by the friction of the model. Errors that the two
+estimates have in common cancel in the ratio. Examples are a wrong actuator constant
+(wear/constant_error.py), and a friction of the new unit that differs from the model by a factor.
+FLOOR, the error of the model's friction over position and speed (wear/wear_estimator.py), cancels,
+too. Because FLOOR is part of both intervals, the interval of the ratio is too wide.
 """
 
 from __future__ import annotations

@@ -114,8 +114,8 @@ def rows(
 
     - limit: largest allowed wear. If the wear at commissioning is known, the limit applies to the
       wear divided by the wear at commissioning.
-    - commissioning: wear at commissioning of all units. If None, each unit is compared with its
-      first log that has an estimate.
+    - commissioning: one wear at commissioning for all units. If None, each unit is compared with
+      its first log that has an estimate.
     """
     first = {} if commissioning is not None else _first_logs(fleet)
     made = [_row(one, limit, commissioning, first) for one in fleet]

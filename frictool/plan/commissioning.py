@@ -101,7 +101,7 @@ class PlanStep:
     - reached: precision of each identified parameter
     - model: model identified from all logs; None if no parameter is identified
     - enough: True if a controller meets the specification for every plant that the model allows;
-      `why` names the position steps in which it does so
+      `why` names the position steps for which this is true
     - exit_code: exit code of `frictool plan`
     - warnings: warnings of the identification
     - doubts: parameters whose interval, according to a warning, may not contain the true value; the

@@ -125,7 +125,7 @@ def _extreme_axes(bench: Bench) -> Iterator[dict[str, float]]:
 
 
 def _shortened(bench: Bench, length: float) -> Bench:
-    """Return the bench whose reference stays `length` [rad | m] farther from both ends."""
+    """Return the bench with less travel: tests stay `length` [rad | m] farther from both ends."""
     travel = bench.mechanics.travel
     assert travel is not None
     cut = length / (1.0 - 2.0 * MARGIN)

@@ -7,13 +7,13 @@ this bound; rehearsals measure the ratio of the two for each parameter. With the
 the design is repeated until the upper bound of every half width is at most the requested half
 width.
 
-An effect such as a delay widens the interval of a parameter if the strokes do not separate the
-effect from the parameter; repeating the strokes does not help. A test is a mix of different
-strokes. The first mix that is tried is therefore robust: it separates a delay and a spring, and no
-parameter is much less precise than the others. If longer tests are not more precise, the mix with
-the smallest Cramér-Rao bound is tried. If no mix reaches the precision within the duration of the
-default kind of test (`sines`), the default kind is rehearsed. If that test misses the precision,
-too, longer mixes are designed.
+A test is a mix of different strokes. An effect such as a delay widens the interval of a parameter
+if the mix does not separate the effect from the parameter; repeating the strokes does not help. The
+first mix that is tried is therefore robust: it separates a delay and a spring from the parameters,
+and no parameter is much less precise than the others. If longer tests are not more precise, the mix
+with the smallest Cramér-Rao bound is tried. If no mix reaches the precision within the duration of
+the default kind of test (`sines`), the default kind is rehearsed. If that test misses the
+precision, too, longer mixes are designed.
 """
 
 from __future__ import annotations

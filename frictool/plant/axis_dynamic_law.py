@@ -18,7 +18,8 @@ class AxisDynamicLaw(NamedTuple):
     """Dynamic friction law of an axis.
 
     - p: parameter array, the result of `law.pack(...)`
-    - speed_scale [rad/s | m/s], length_scale [rad | m]: reference values of relative errors
+    - speed_scale [rad/s | m/s], length_scale [rad | m]: speed and length to which errors are
+      relative
     - extension: friction levels by direction and position, and viscous coefficients by speed range
     """
 

@@ -100,8 +100,8 @@ class UncertaintyChannel:
     """Uncertainty channel z_Delta = (drive i + viscous v + friction w)/d of one real Delta.
 
     i, v and w are the drive, the speed and the friction input. The feedback w_Delta = Delta z_Delta
-    of the real uncertainty Delta, |Delta| <= 1, closes the channel, annex C of the thesis, (22) and
-    (29). The scale d of the channel is the field `unit` of UncertainPlant.
+    of the real uncertainty Delta, |Delta| <= 1, closes the channel (annex C of the thesis, (22) and
+    (29)). The scale d of the channel is the field `unit` of UncertainPlant.
     """
 
     drive: float

@@ -1,9 +1,9 @@
 """Friction with a different viscous coefficient in each speed range, as a scheduled parameter.
 
-A speed range is called regime, the speed between two regimes knee. The friction of annex C of the
-thesis, (30)-(32), is piecewise linear and continuous in |v|, and equals the Coulomb friction F_c at
-v = 0. The slope is s_0 below the first knee v_1 and s_k above knee k, as in figure 4.10 of the
-thesis. Regime k has the tangent
+A speed range is called a regime; a knee is the speed between two regimes. The friction of annex C
+of the thesis, (30)-(32), is piecewise linear and continuous in |v|, and equals the Coulomb friction
+F_c at v = 0. The slope is s_0 below the first knee v_1 and s_k above knee k, as in figure 4.10 of
+the thesis. Regime k has the tangent
 
     F_c(k) + s_k |v|      with F_c(k) = F_c - sum over the knees i <= k of (s_i - s_(i-1)) v_i
 

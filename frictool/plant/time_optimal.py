@@ -185,7 +185,7 @@ def _until(
     value: Callable[[_State], float],
     scale: float,
 ) -> _Part:
-    """Return the motion from `start` until `value` reaches 0.
+    """Return the motion from `start` until the function `value` of the state reaches 0.
 
     `scale`: expected duration [s].
     """

@@ -157,7 +157,7 @@ def copy_row(f: Forms, d: int, a: int) -> None:
 
 @summing_kernel
 def _sum_rows(f: Forms, d: int, ka: float, a: int, kb: float, b: int) -> float:
-    """Set the generators of row d to ka a + kb b, the spread to the sum of their magnitudes.
+    """Set the generators of row d to ka a + kb b, and its spread to the sum of their magnitudes.
 
     Returns the sum of the magnitudes of all terms ka a and kb b.
     """

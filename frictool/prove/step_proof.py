@@ -335,7 +335,7 @@ def _for_the_box(test: ProofRequest, peak: ProvedRequirement) -> ProvedRequireme
 
     If the bound of the command is within the limit, the requirement is proved, even if the runs of
     a plant do not decide the requirement. A bound above the limit proves nothing. A refuted
-    requirement stays refuted, because its run is a counterexample.
+    requirement stays refuted, because the run that violates it is a counterexample.
     """
     bound = command_bound(test.controller, test.number)
     if bound > peak.limit or peak.state == "refuted":

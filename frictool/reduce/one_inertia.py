@@ -173,8 +173,7 @@ def one_inertia(
     turns: likely angular wave numbers of the load's harmonic.
     number: wave number of this harmonic (residual_load.py) if it is known, else None.
 
-    Raises NoSolutionError if with every load law of model.yaml, a load remains that friction cannot
-    hold.
+    Raises NoSolutionError if every load law of model.yaml leaves a load that friction cannot hold.
     """
     root, sensor_block = mechanism.sources[source].on, mechanism.sensors[sensor].on
     stiff = lump_rigid_links(stiffened(mechanism), root)[0]

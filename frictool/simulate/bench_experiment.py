@@ -4,7 +4,8 @@ A test is either a reference for the bench's position loop (engine/bench_positio
 sequence of drive ramps. A ramp test contains rules for the end of a ramp and for the reversal of
 the direction (thesis, figure 4.6). The log has the channels of a bench. The logged position is the
 encoder's reading; the drive is measured with noise. The encoder's zero has a random offset of less
-than one count. This offset and the noise are drawn from PCG64 seeded with `seed`.
+than one count. This offset and the noise are drawn from the random generator PCG64 with the seed
+`seed`.
 """
 
 from __future__ import annotations

@@ -4,8 +4,9 @@
     -> record -> sensors -> stream
 
 The logged position is the encoder's reading. The drive is measured with white noise of standard
-deviation `drive_noise`, drawn for each variant from PCG64 seeded with (seed, index of the variant).
-The log also contains true signals, which a bench cannot measure (simulate/axis_channels.py).
+deviation `drive_noise`, drawn for each variant from the random generator PCG64 with the seed
+(`seed` of the scenario, index of the variant). The log also contains true signals, which a bench
+cannot measure (simulate/axis_channels.py).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Design of a controller document: run a synthesis method, then store and accept its candidate."""
+"""Design of a controller document: run a synthesis method, verify and store its candidate."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ poles:
   also decays within the response time
 - auxiliary poles: all others, real, at f w; a larger f rejects disturbances faster and amplifies
   noise
-- delay: one pole at z = 0 for each sample, as in the plant
+- delay: one pole at z = 0 for each sample of delay, as in the plant
 
 The best w, m, f are chosen by these criteria, in order of priority: the nominal step response with
 the prefilter is within 5 % in the specified time; the modulus margin at the worst vertex is at

@@ -4,7 +4,7 @@
                             band: the encoder's step (thesis 5.7)
     velocity                filter_rad_s: 10 times the prefilter's frequency, thesis (5.70)
     limiter                 inertia and Coulomb friction of the model
-                            band delta_e: the encoder's step, its least value (thesis 5.2.2)
+                            band delta_e: the encoder's step, the least allowed value (thesis 5.2.2)
                             v_r = 10 F_cv T/J: a viscous brake near standstill, with a time constant
                             of 10 samples
     profile, feedforward    synth/tracking_blocks.py

@@ -98,7 +98,7 @@ def with_observer(
     FrictoolError
         If controller and observer belong to different rigs, or if the controller uses no speed.
     NoSolutionError
-        If a loop is unstable at a vertex with any of the checked delays.
+        If a loop is unstable at a vertex with at least one of the checked delays.
     """
     _of_one_rig(controller, observer)
     check_observer(observer)

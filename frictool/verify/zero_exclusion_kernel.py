@@ -467,11 +467,13 @@ def explore(
 ) -> tuple[int, int]:
     """Divide the cell `start` (6,) until a bound is proved; return outcome and number of cells.
 
-    - PROVED: the characteristic polynomial D is not zero and the norm of the loop T is below
-      `level` for every plant that is in the box and in the cell
-    - VIOLATED: in doubles, the norm reaches `level` at the values of t, kappa and sigma that are
-      written to `at` (3,)
-    - UNDECIDED: the proof needs more than `most` cells; `at` lies in a cell that is not proved
+    A cell contains both ends of the intervals of t, kappa and sigma - middle (module docstring).
+
+    - PROVED: for every plant of `box` in the cell, the characteristic polynomial D is not zero and
+      the norm of the closed-loop matrix T is below `level`
+    - VIOLATED: the norm, computed in doubles, reaches `level` at `at` (3,): t, kappa and sigma
+    - UNDECIDED: the proof needs more than `most` cells, or cells that are too small; `at` is the
+      middle of a cell that is not proved
     """
     space = workspace(loop)
     stack = np.empty((DEPTH, 6))

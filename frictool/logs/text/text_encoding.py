@@ -63,8 +63,8 @@ def encoding_of(head: bytes, requested: str | None = None) -> TextEncoding:
 def is_text(head: bytes) -> bool:
     """Return True if the bytes may be the beginning of a text.
 
-    Bytes with NUL are a text only in UTF-16, which shows by its byte-order mark, or because nearly
-    every second byte is NUL.
+    Bytes with NUL are a text only in UTF-16, which is recognised by its byte-order mark, or by NUL
+    in nearly every second byte.
     """
     return b"\0" not in head or encoding_of(head).is_wide
 

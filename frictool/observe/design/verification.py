@@ -235,10 +235,11 @@ def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) 
 def _over_rest(
     mode: ObserverMode, gains: Matrix, switches: Sequence[Switch], solution: SwitchedGains
 ) -> float:
-    """Return the largest growth of the Lyapunov function from a rest to the first sample after it.
+    """Return the largest growth of the Lyapunov function over a rest.
 
-    The estimate of the wear is constant during the rest. Raises NoSolutionError if the errors
-    of position and speed do not decay in a rest.
+    The growth is from the start of the rest to the first sample after it. The estimate of the wear
+    is constant during the rest. Raises NoSolutionError if the errors of position and speed do not
+    decay in a rest.
     """
     resting = mode.a - gains[:, :1] @ mode.c[:1]
     resting[2] = (0.0, 0.0, 1.0)

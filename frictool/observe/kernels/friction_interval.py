@@ -92,9 +92,9 @@ def _in_slip(
 ) -> tuple[float, float, float]:
     """Return value, low, high of the friction [N m | N] in slip at position x and velocity v.
 
-    `fall` (2,) is friction that falls with speed and is not in the model, and its half width.
-    `loose` is the fraction that `_play` returns. `viscous_factor` and `dry_factor` apply at the
-    temperature of the sample.
+    `fall` (2,): value and half width of the friction that falls with speed and is not in the model.
+    `loose`: fraction of the backlash widths for which the flanks do not touch (`_play`).
+    `viscous_factor` and `dry_factor` apply at the temperature of the sample.
     """
     direction = 1.0 if v > 0.0 else -1.0
     speed = abs(v)

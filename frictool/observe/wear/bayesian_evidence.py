@@ -58,7 +58,7 @@ def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vec
 
 
 def posterior_means(gram: Vector, right: Vector, means: Vector, beliefs: Vector) -> Vector:
-    """Return the posterior means (m, p) under m priors with means (m, p), beliefs (m, p, p)."""
+    """Return the posterior means (m, p) under m priors; `beliefs`: prior covariances (m, p, p)."""
     off = (right - means @ gram)[:, :, None]
     return means + np.linalg.solve(np.eye(right.size) + beliefs @ gram, beliefs @ off)[:, :, 0]
 

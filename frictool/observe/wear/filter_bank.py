@@ -295,7 +295,7 @@ class FilterBank:
 
 
 def rising_penalty(falls: Vector, means: Vector, deviations: Vector) -> Vector:
-    """Return log weights (k,), small if parts of a fall are negative (rise with speed).
+    """Return log weights (k,) of filters, small if a part of a fall is negative (rises with speed).
 
     `falls`, and the prior `means` and `deviations` of the falls, are (k, m). The log weight is 0
     for a prior without an unmodelled fall.

@@ -45,12 +45,12 @@ FALL_SPREAD = 0.3
 
 @dataclass(frozen=True)
 class UnmodelledFriction:
-    """Friction at top speed that the model does not include, relative to the dry friction.
+    """Friction over speed that the model does not include, relative to the dry friction.
 
-    - slope, deviation: mean and standard deviation of the part that is proportional to speed
-    - bend: standard deviation of the friction that each bend (change of the slope over speed) adds
+    - slope, deviation: mean and standard deviation of the part proportional to speed, at top speed
+    - bend: standard deviation of the friction that each bend (change of slope) adds, at top speed
     - fall: mean of friction that falls with speed, at speed 0; `at`: index of its speed scale w
-    - fallen: standard deviation of the friction that falls on each speed scale w
+    - fallen: standard deviation of the friction that falls on each scale w, at speed 0
     """
 
     slope: float = 0.0

@@ -2,7 +2,7 @@
 
     sample k   friction, bends and falls at k, written to a ring buffer if the sample is used
     row        sums over the window that ends at k: phi times the ring buffer, phi'' times the
-               positions; computed at one of `every` used samples
+               positions; computed once per `every` used samples
     move       sum of row' row
 
 The bends and falls of a sample are the regressors (|v| - knee_j)+ and exp(-(v/w_j)^n) of

@@ -147,7 +147,7 @@ class FamilyOutcome:
 
     @property
     def least_missing(self) -> float:
-        """Return the least `largest_missing` of the candidates with a test that was not stopped."""
+        """Return the least `largest_missing` of the candidates that completed a test."""
         complete = [one.largest_missing for one in self.trade if one.extent > PlayedExtent.NONE]
         return min(complete, default=FAILED)
 

@@ -10,8 +10,8 @@
 `band` is the half-width of the rest band, in which the drive is released at rest. If the load may
 exceed the breakaway friction, the drive stays on (`action: none`), and `rest` and `settled` have no
 effect. `braking`, `step`, `response` and the dead time are scales of design_scales.py; F is the
-Coulomb friction, J the inertia. If k^2 < 2F/J, the law is stored with the formula sqrt(F/J), else
-with sqrt(2F/J); the law's `virtual_coulomb_factor` is at least 1.
+Coulomb friction, J the inertia. The law is stored as k = sqrt(2 phi F/J) or, if k^2 < 2F/J, as k =
+sqrt(phi F/J). phi, its `virtual_coulomb_factor`, is at least 1; a k below sqrt(F/J) is raised.
 """
 
 from __future__ import annotations
