@@ -1,8 +1,9 @@
 """Dynamic friction law of a model.yaml with the key `presliding`.
 
-The parameters of the law equal those in the command `compare` (`LawParameter.comparison_value`). If
-a plant has c times the Coulomb friction of the model, the stiffness and the damping of the contact
-are multiplied by c, too, so that the deflections do not change.
+The parameters of the law are computed from the model as in the command `compare`
+(`LawParameter.comparison_value`). If a plant has c times the Coulomb friction of the model, the
+stiffness and the damping of the contact are multiplied by c, too, so that the deflections do not
+change.
 """
 
 from __future__ import annotations
@@ -105,11 +106,10 @@ def assumed_fall(model: Model) -> str:
 
 
 def _bank(fitted: MaxwellSlip, breakaway: float, limit: float) -> tuple[float, Vector]:
-    """Return the displacement [rad | m] at breakaway, and the result (2 n,) of `bank_tail`.
+    """Return the displacement [rad | m] at breakaway, and the array (2 n,) of a Maxwell bank.
 
-    The n elements represent the fitted friction over the displacement, up to the breakaway. If the
-    fitted curve ends below the breakaway, a straight line extends it to the breakaway at the
-    displacement `limit`.
+    The bank of n elements (`bank_tail`) has the fitted curve up to the breakaway. If the curve ends
+    below the breakaway, a straight line extends it to the point (`limit`, breakaway).
     """
     displacement, force = np.array(fitted.displacement), np.array(fitted.force)
     below = force < breakaway

@@ -18,9 +18,10 @@ from frictool.plant.uncertainty_channel import UncertainPlant, with_channel
 def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polytope:
     """Return the polytope of plants over the intervals of the `scheduled` parameters.
 
-    `intervals(model)` defines the intervals. A parameter that is not scheduled has the value in the
-    middle of its interval. Raises FrictoolError if `scheduled` contains `regime` and the model has
-    no regimes. Raises ValueError if `scheduled` is empty or contains a parameter twice.
+    parameter_intervals.py `intervals` defines the intervals. A parameter that is not scheduled has
+    the value in the middle of its interval. Raises FrictoolError if `scheduled` contains `regime`
+    and the model has no regimes. Raises ValueError if `scheduled` is empty or contains a parameter
+    twice.
     """
     box = intervals(model)
     levels = regime_levels(model, box["coulomb"]) if "regime" in scheduled else None
@@ -65,8 +66,8 @@ def default_unit(model: Model) -> float:
     """Return the effort [N m | N] that corresponds to 1 in the uncertainty channel.
 
     The effort is the half-width of the Coulomb friction's interval. If this half-width is 0, the
-    effort is the error that the half-widths of constant and inertia cause at the drive's limit. If
-    this error is also 0, the result is 1.
+    effort is the error that the half-widths of the drive's constant and of the inertia cause at the
+    drive's limit. If this error is also 0, the result is 1.
     """
     widths = half_widths(model)
     if widths["coulomb"] > 0.0:

@@ -119,9 +119,9 @@ def is_plain(model: Model) -> bool:
 def signed_friction(model: Model, smoothing: float) -> tuple[Vector, Vector]:
     """Return signed speeds (n,) [rad/s | m/s] and the friction (n,) [N m | N] that opposes them.
 
-    The table contains the speeds where the friction bends, and the top speed in bench.yaml. Between
-    -`smoothing` and +`smoothing` the friction is a straight line, because the sign of such a low
-    speed is uncertain.
+    The speeds are +-`smoothing`, those at which the friction bends, and the top speed in
+    bench.yaml. Between -`smoothing` and +`smoothing` the friction is a straight line, because the
+    sign of such a low speed is uncertain.
     """
     top = model.bench.mechanics.top_speed
     speeds, efforts = [], []

@@ -88,7 +88,7 @@ class TwoInertias:
     def mechanism(self, model: Model) -> Mechanism:
         """Return the mechanism with the parameters of `model`.
 
-        The friction acts on the body without the encoder, and the offset on the load. Other laws of
+        The friction acts on the body without the encoder, and the offset on the load. The `laws` of
         the model are left out.
         """
         bench, today, axis = model.bench, model.parameters, model.axis

@@ -244,12 +244,13 @@ class _Search:
         return eased, eased.of(family).run(self.progress)
 
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
-        """Search a family of controllers again, first for longer, then for shorter response times.
+        """Search a family of controllers for longer response times, then for the specified time.
 
-        Each search starts from the design of the previous search. Return the outcome of the last
-        search, for the specified response time, in a list. The list is empty if a search for a
-        longer response time fails. The longest time is searched first: if no design meets it, none
-        meets a shorter time.
+        The longest time in EASINGS is searched first: if no design meets it, none meets a shorter
+        time. The other times follow, shortest first, until a design meets one. From this design,
+        the time is shortened to the specified time; each search starts from the previous design.
+        Return the outcome of the last search in a list; the list is empty if a search for a longer
+        time fails.
         """
         *shorter, longest = EASINGS
         first, outcome = self.eased_outcome(longest, family)

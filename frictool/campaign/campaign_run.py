@@ -69,8 +69,8 @@ class CampaignRequest:
     Attributes
     ----------
     trials : int or None
-        Number of draws. The default is 1000. For method `vertices`, it is the number of all
-        vertices, at most 4096; if there are more vertices, 4096 random vertices are simulated.
+        Number of draws. The default is 1000 or, for method `vertices`, all vertices; if there are
+        more than 4096 vertices, 4096 random vertices are simulated.
     method : {"random", "latin", "vertices"}
         Method that chooses the draws.
     seed : int or None
@@ -85,7 +85,7 @@ class CampaignRequest:
         Number format of the controller.
     cores : int or None
         Number of processes. If it is None, several processes are used only if this saves time. If
-        it is not 1, a script must call `campaign` inside `if __name__ == "__main__":`.
+        `cores` is not 1, a script must call `campaign` inside `if __name__ == "__main__":`.
     cluster : str or None
         Address of a Dask scheduler; its workers run the trials.
     """
@@ -227,7 +227,7 @@ def conduct(
 ) -> tuple[Trials, list[WorstCase]]:
     """Run the trials of all draws, and search for the worst cases if `evaluations` is not 0.
 
-    `shared`: result of `sharing`.
+    `shared`: function that distributes the trials to processes (`sharing`).
     `commands`: maps the name of a scenario file to the commands that simulate the file.
 
     Raises NoSolutionError if the simulation of the nominal plant decides no requirement.

@@ -75,7 +75,7 @@ class DesignTest:
 
     @cached_property
     def extremes(self) -> tuple[int, ...]:
-        """Return the plant indices of the vertices at the range ends that EXTREMES lists.
+        """Return the plant indices of the vertices nearest to the range ends in EXTREMES.
 
         Without vertices, the result is (0,), the nominal plant.
         """
@@ -106,8 +106,8 @@ class DesignTest:
 
         An entry of MOVED shifts the start positions and the targets by fractions of an encoder
         count. Each judge simulates the nominal plant, the vertices and OTHERS new random plants. If
-        the breakaway has a range, the vertices of the first, third, ... judge have its upper end,
-        those of the second, fourth, ... judge its lower end.
+        the breakaway has a range, the vertices have the upper end for the first, third, ... judge,
+        and the lower end for the other judges.
         """
         drawn: list[PlantValues] = []
         if self.vertices:

@@ -1,11 +1,12 @@
 """Reasons why a controller that passes its test on a model may fail on the axis.
 
-- The axis rings after it stops, but the model is rigid. This is no reason if two conditions hold on
-  nominal plants of two inertias that ring like the axis (verify/ringing_loop.py): the loops have
-  the specified margin, and the controller meets the specification in the steps of the test.
-- The logs show a lag or delay that the bench does not state (`late_position`). This is no reason if
-  the loops tolerate a delay of this length, and if the nominal plant with this additional lag meets
-  the specification in the steps of the test.
+- The axis rings after it stops, but the model is rigid. This reason is dropped if the controller
+  passes two checks on nominal plants of two inertias with this oscillation
+  (verify/ringing_loop.py): the loops have the specified margin, and the steps of the test meet the
+  specification.
+- The logs show a lag or delay that the bench does not state (`late_position`). This reason is
+  dropped if the loops tolerate a delay of this length, and if the steps of the test meet the
+  specification on the nominal plant with this additional lag.
 - The model is valid on one side of a position only, and the steps of the test leave this side.
 """
 
@@ -75,8 +76,8 @@ def doubts_of(model: Model, controller: Controller, test: DesignTest | None) -> 
 def slower_factor(controller: Controller, test: DesignTest) -> float | None:
     """Return the factor by which a controller must be slower for an axis that rings.
 
-    This is `RingingCheck.slower`, but at least SLOWER[0] if the steps fail on a plant of two
-    inertias.
+    If the margin suffices, but the steps fail on a plant of two inertias, the factor is SLOWER[0];
+    otherwise it is `RingingCheck.slower`.
     """
     oscillation = undeclared_ringing(test.model)
     if oscillation is None:

@@ -1,8 +1,9 @@
 """Examination of a failed search: requirements that the best candidate misses, limits to relax.
 
-During a search, a candidate far from the limits is simulated with few plants only. Here, the
-candidates closest to the limits are simulated with all plants. A relaxation of one requirement is
-reported only if a candidate then passes all tests of the search and the verification.
+During a search, a candidate with a large violation is simulated with few plants only. Here, the
+candidates with the smallest violations are simulated with all plants. A relaxation of one
+requirement is reported only if a candidate then passes all tests of the search and the
+verification.
 """
 
 from __future__ import annotations
@@ -63,11 +64,11 @@ class SearchFindings:
     - best: examined candidate with the smallest maximum violation over all plants; None if no
       examined candidate can be simulated with all plants
     - accepted: True if the best candidate passes every test and is verified
-    - places: for each requirement that the best candidate misses in the whole test, step and plant
-      of the worst value
+    - places: for each requirement that the best candidate misses in the complete test, step and
+      plant of the worst value
     - relaxations: requirements with a relaxed limit; a candidate passes every test if one of these
       limits is relaxed
-    - examined: candidates closest to the limits, with their results on all plants
+    - examined: candidates with the smallest violations, and their results on all plants
     - narrower: range of one parameter with which a candidate passes every test, or None
     - nominal: True if a candidate meets every requirement on the nominal plant
     """

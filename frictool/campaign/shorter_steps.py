@@ -1,10 +1,10 @@
-"""Steps shorter than the steps of a controller's test; they are simulated after a passed test.
+"""Steps over smaller distances than in a controller's test, simulated after a passed test.
 
 A loop with dry friction and a limited drive is nonlinear. A controller that meets a specification
 in long steps can therefore violate it in shorter steps. A specification states no step length. The
-simulated lengths lie between `shortest_step` and the shortest default step over the travel. From
-the lowest and from the highest position of the default steps, the axis steps inwards, back, and
-inwards again.
+simulated lengths lie between `shortest_step` (shortest step to which a response time can apply) and
+`shortest_travel_step`. From the lowest and from the highest position of the default steps, the axis
+steps inwards, back, and inwards again.
 """
 
 from __future__ import annotations
@@ -97,11 +97,11 @@ class ShorterSteps(ResultView):
 
 
 def play_shorter_steps(test: DesignTest, controller: Controller) -> ShorterSteps | None:
-    """Simulate steps shorter than a test's steps, with the nominal plant and extreme vertices.
+    """Simulate steps over smaller distances than a test, with the nominal plant and some vertices.
 
-    Return None in three cases: the user provided the scenario of the test; the specification
-    applies to no shorter step (`shortest_step`); or the specification has no requirement that a
-    shorter step can decide.
+    `DesignTest.extremes` lists the vertices. Return None in three cases: the user provided the
+    scenario of the test; the specification applies to no shorter step (`shortest_step`); or the
+    specification has no requirement that a shorter step can decide.
     """
     model, spec = test.model, test.spec
     judged = structs.replace(spec, **dict.fromkeys(UNJUDGED))
@@ -141,7 +141,7 @@ def play_shorter_steps(test: DesignTest, controller: Controller) -> ShorterSteps
 def shorter_lengths(test: DesignTest) -> list[float]:
     """Return the lengths [rad | m] of a test's shorter steps, from `shortest_step` upwards.
 
-    Lengths that the scenario of the test already has are left out.
+    Lengths of steps in the scenario of the test are left out.
 
     """
     low, high = shortest_step(test.model, test.spec), shortest_travel_step(test.model)
@@ -166,11 +166,11 @@ def with_tolerance(model: Model, spec: Spec, length: float) -> Spec:
 
 
 def _scenarios(test: DesignTest, length: float) -> list[Scenario]:
-    """Return two scenarios: steps of `length` [rad | m] from one end inwards, back, and inwards.
+    """Return two scenarios with steps of `length` [rad | m]: inwards, back, and inwards again.
 
-    The end is the lowest position of the default steps in one scenario, and the highest in the
-    other. The first step of a scenario is not judged if the axis does not move
-    (reference_holds.py). The third step therefore repeats it.
+    One scenario starts at the lowest, the other at the highest position of the default steps. If
+    the axis does not move in the first step, this step is not judged (reference_holds.py); the
+    third step therefore repeats the first.
 
     """
     model = test.model

@@ -5,7 +5,8 @@ length and time of compare/comparison_setting.py. m is the inertia, F_s the brea
 Coulomb friction, sigma_v the viscous coefficient, v_s the Stribeck velocity, z_max the largest
 presliding displacement, k_1 and k_2 the stiffness and damping of presliding, T_s the controller's
 sample period, delta_x the encoder's step, and T_e the time step of the simulation. `fall` is (F_s -
-F_c)/F_c divided by the value of table 3.1. The numbers in parentheses are equations of the thesis.
+F_c)/F_c, divided by the value of this quotient in table 3.1. The numbers in parentheses are
+equations of the thesis.
 
 unit of time   (m/sigma_v)/2.5; shorter if the tests would exceed the bench's travel or top speed
 v_s            1e-3 fall (unit of length)/(unit of time); at most delta_x p0/5

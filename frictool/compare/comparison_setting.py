@@ -47,7 +47,7 @@ LEAST_FALL = 0.1  # smallest fall to which the tests are scaled, relative to FAL
 class UnitScales:
     """Units of the tests: force [N | N m], time [s] and length [m | rad].
 
-    `breakaway`: breakaway force in units of force.
+    `breakaway`: breakaway force, divided by `force`.
     """
 
     force: float

@@ -41,7 +41,7 @@ class ProfileLimits(NamedTuple):
     smoothing_samples: int
 
     def jerk(self, period: float) -> float:
-        """Return the largest jerk [rad/s^3 | m/s^3] at a sample period [s]."""
+        """Return the largest jerk [rad/s^3 | m/s^3] for a sample period [s]."""
         return 2.0 * self.acceleration / (self.smoothing_samples * period)
 
 

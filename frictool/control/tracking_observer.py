@@ -1,7 +1,7 @@
 """Observer for a coarse encoder, corrected only if the estimate leaves a dead zone.
 
     m    = y - x with a dead zone of +-cell/2        y: measured position, lower edge of a count
-                                                     x: estimate in encoder readings
+                                                     x: estimated position minus half a count
     x^   = x + L1 m        v^ = v + L2 m        d^ = d + L3 m while the axis moves
     v+   = v^ + T/J (e - offset - viscous v^ - dry friction + d^)
            0 if this effort cannot move the axis: Coulomb friction by an implicit step
@@ -10,11 +10,11 @@
 The mark ^ denotes a corrected estimate, + the prediction for the next sample. T is the sample
 period, J the inertia, e the drive's effort, and `cell` the width of the dead zone. Within the dead
 zone nothing is corrected: between two counts the model determines the speed, which is 0 at rest.
-The dry friction is the value of the friction map at x^; while the backlash is open, it is the
-friction of the motor alone. The backlash follows thesis (4.45). The disturbance d [N m | N] is the
-effort that the model lacks, added to the drive. At rest, d is limited. If the drive's effort
-exceeds the breakaway friction by g (g < 0 in the negative direction), d is between 0 and -g;
-otherwise d is 0.
+The dry friction is the value of the friction map at the estimated position, half a count above x^;
+while the backlash is open, it is the friction of the motor alone. The backlash follows thesis
+(4.45). The disturbance d [N m | N] is the effort that the model lacks, added to the drive. At rest,
+d is limited. If the drive's effort exceeds the breakaway friction by g (g < 0 in the negative
+direction), d is between 0 and -g; otherwise d is 0.
 
 Property: in slip, while m is not 0, the estimation error is linear with three poles at exp(-w T)
 (observe/design/tracking.py), where w is the observer's bandwidth. With cell = 0 the observer is
@@ -77,7 +77,7 @@ class TrackingParameters:
 class TrackingNodes:
     """Nodes of the corrected estimates at a sample.
 
-    - position: estimated position in encoder readings [rad | m]
+    - position: estimated position minus half a count [rad | m]
     - gap: position of the motor in the backlash [rad | m]; None if the model has no backlash
     - friction: dry friction (forward, backward) [N m | N]
     - still: node that is true while the axis is estimated to be at rest

@@ -216,7 +216,7 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     @property
     def winding_delays(self) -> bool:
-        """Return True if the inductance of a winding delays the effort behind the logged signal."""
+        """Return True if a winding's inductance delays the effort behind the logged voltage."""
         return self.drive == "voltage" and self.servo is None
 
     @property

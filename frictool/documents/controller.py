@@ -120,8 +120,8 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
     - `gain`: Gain of the law: [rad^0.5/s | m^0.5/s] for a square-root law, [1/s] for a proportional
       law.
-    - `kind`: `square_root` has the speed reference gain sqrt(|e|) sign(e). `proportional` has the
-      speed reference gain e.
+    - `kind`: Form of the law. `square_root`: the speed reference is `gain` sqrt(|e|) sign(e).
+      `proportional`: the speed reference is `gain` e.
     - `formula`: Formula of the gain of a square-root law, with Coulomb friction F and inertia J.
     - `band`: Half-width of the rest band [rad | m].
     - `action`: `cut` switches the drive off inside the rest band. `brake` switches the drive off

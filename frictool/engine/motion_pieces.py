@@ -183,7 +183,7 @@ def layer_piece(
 
     pace (3,): step length to try [s], 0 at first; logarithm of the last error; time at which the
     body entered the layer [s]. The error of v is at most `tolerance` times the largest of three
-    speeds: a fraction of `speed_scale`, abs(v), and acceleration times time spent in the layer.
+    speeds: FLOOR times `speed_scale`, abs(v), and acceleration times time spent in the layer.
     """
     force, law, body, drive = driven
     # the last stage of a step is the first stage of the next step

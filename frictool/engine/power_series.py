@@ -3,7 +3,8 @@
     m v' = u(t, x, v, q) - friction - viscous v        x' = v        q' = x - r
 
 x is the position, v the velocity, r the reference, and q the integral of x - r. engine/drive.py
-defines the effort u. A series is used up to the time `reach`; there is no step-size control.
+defines the effort u. A series is used up to the time at which it loses accuracy (`reach`); there is
+no step-size control.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     position = direction * resolution * counts
 
-The counts are the numbers from which `ingest` computes the position: the column `columns.position`
-of the bench, after its scale and offset. A wrong sign would make the feedback positive.
+If `columns.position` of the bench has the unit `count`, the counts are scale * (number in the log)
++ offset, with the scale and offset of this column. A wrong sign would make the feedback positive.
 """
 
 from __future__ import annotations

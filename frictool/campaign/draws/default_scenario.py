@@ -3,9 +3,9 @@
 The axis starts at 8 % of the travel and steps to 88, 8, 56 and 24 %, as in thesis 5.4.1 (5, 55, 5,
 35 and 15 rad of 63 rad). A loop with dry friction and a limited drive is nonlinear: some loops
 overshoot in short steps only. A short step back therefore follows the first step. Its length is a
-tenth of the first step's length. If necessary, the length is increased until two distances, the
-allowed static error and one encoder count, are at most 5 % of the length and at most the allowed
-overshoot of this step. The short step is left out if another step is at most 1.2 times as long.
+tenth of the first step's length. If necessary, the length is increased until 5 % of it and the
+allowed overshoot of the step are not below the allowed static error, nor below one encoder count.
+The short step is left out if another step is at most 1.2 times as long.
 
 Each step lasts 5 response times. The last step is longer if `rest` or `limit_cycle` is specified:
 by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, and by the longer time for both.

@@ -53,8 +53,8 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        If `reached` is True, the outcome is PASS or, with a `doubt` or a requirement that no trial
-        decides, UNDECIDED. If `reached` is False, the outcome is
+        If the trials show the required pass rate (`reached`), the outcome is PASS; with a `doubt`,
+        or with a requirement that no trial decides, it is UNDECIDED. Otherwise, the outcome is
 
         - UNDECIDED if all trials are undecided, or if no rate is required and no trial fails,
         - NOT SHOWN if more draws may show the required pass rate,

@@ -69,8 +69,8 @@ def doubt_of(trial: TrialPlayer) -> str:
 
     - The steps leave the side of a position on which the model is valid.
     - The logs show a lag that the bench does not state and the loop does not tolerate.
-    - The axis rings after it stops. If the specification has a modulus margin, the result is "",
-      since the requirement `modulus_margin` then states this reason.
+    - The axis rings after it stops. This reason is left out if the specification has a modulus
+      margin, since the requirement `modulus_margin` then states it.
     """
     setting = trial.setting
     side = plant_of(setting.plant).rig.valid_side

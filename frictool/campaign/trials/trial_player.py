@@ -75,7 +75,7 @@ class ScenarioJudge:
 
     @cached_property
     def margin_doubt(self) -> str:
-        """Return "": no reason is known here why the margins may be wrong for every plant."""
+        """Return the reason why all margins may be wrong: "", since none is known here."""
         return ""
 
     def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
@@ -120,7 +120,7 @@ class TrialPlayer(ScenarioJudge):
 
     @cached_property
     def margin_doubt(self) -> str:
-        """Return the reason why the margins may be wrong for every plant; "" if there is none."""
+        """Return the reason why all margins may be wrong; "" if there is none."""
         return ringing_doubt(self.setting.controller)
 
     def __getstate__(self) -> dict[str, Any]:

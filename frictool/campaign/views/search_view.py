@@ -24,8 +24,8 @@ MOST_RANGES = 3  # largest number of ranges that a refusal lists
 class ReachedValue(NamedTuple):
     """Best value of one requirement among the candidates of a search.
 
-    The value of a candidate is the worst value in its tests. A candidate far from the limits was
-    tested with few plants.
+    The value of a candidate is the worst value in its tests. A candidate with a large violation was
+    tested with few plants only.
 
     `alone`: best value of all candidates.
     `together`: best value of the candidates that meet all other requirements on all plants of the

@@ -3,9 +3,9 @@
 Each block has one coordinate, and joints have no degree of freedom. Sources of the recursion:
 Vereshchagin (Engineering Cybernetics 12(6), 1974, 65-70), Featherstone (International Journal of
 Robotics Research 2(1), 1983, 13-30). A moving block with acceleration x needs the force INERTIA x +
-NEED from the joint to its parent; at the root this force is 0. A block at rest needs a force in
-[NEED, NEED_HIGH]. A tree stays at rest as long as the interval of its root contains 0. A contact at
-rest stays closed as long as its interval contains a pressing force.
+NEED (workspace_rows.py) from the joint to its parent; at the root this force is 0. A block at rest
+needs a force in [NEED, NEED_HIGH]. A tree stays at rest as long as the interval of its root
+contains 0. A contact at rest stays closed as long as its interval contains a pressing force.
 
 A mode is, for example, the rest of a block or the contact of two flanks of a backlash. Each mode
 has a guard: the distance of a force, a speed or a position from the value at which the mode ends,
@@ -14,8 +14,8 @@ sections of the modes (motion, contact, branch, flank, stop). For an open flank 
 is the distance to contact. For a moving tree, the guard is the speed of the root in the direction
 of motion.
 
-Stages within a step need fewer results: with `whole` False, the guards of speeds and positions and
-the scale GROSS of rounding errors are not computed.
+Stages within a step need fewer results: if the argument `whole` is False, the guards of speeds and
+positions and the scale GROSS of rounding errors are not computed.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ NOBODY = -1  # value of `source` if no source is controlled
 class ControlPorts(NamedTuple):
     """Indices of the controlled source, of the sensor's block and of the load's block.
 
-    - source: NOBODY if no source is controlled
+    - source: index of the controlled source, NOBODY if there is none
     - step: encoder resolution [rad | m]
 
     The load's position q is recorded in the coordinate of the sensor: sensor_start +

@@ -1,7 +1,7 @@
 """Conversion of a `PackedMechanism` to the sections that kernels read (array_layout.py).
 
-`compile_mechanism` chooses as root a block from which all self-locking links are traversed from
-their driving side.
+`compile_mechanism` chooses as root of each tree a block from which all self-locking links of the
+tree are traversed from their driving side.
 """
 
 from __future__ import annotations

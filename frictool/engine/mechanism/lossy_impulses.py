@@ -3,9 +3,9 @@
 The loss of a joint is proportional to the transmitted force and therefore takes a fraction of an
 impulse. The impulse is applied in increments, from zero on (Routh 1860). Each increment changes the
 speeds as a force does, and the losses have the signs of the current speeds. As long as no speed
-reaches zero, the change of speed per unit of impulse is constant. This change is the solution x of
-Lambda(x) = 0 (engine/mechanism/tree_solver.py) with the impulse as the only effort. A self-locking
-group at rest stays at rest.
+reaches zero, the change of speed per unit of impulse is constant. It equals the acceleration that a
+unit effort in place of the impulse would cause without other efforts: the zero of Lambda
+(engine/mechanism/tree_solver.py). A self-locking group at rest stays at rest.
 """
 
 from __future__ import annotations

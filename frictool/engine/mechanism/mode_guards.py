@@ -21,7 +21,7 @@ BROKEN = -1.0  # limit of a guard: a guard below this value is passed
 def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
     """Return True if no force has passed the value at which a mode ends.
 
-    Sticking blocks, closed contacts, lossy joints and compliant flanks have guards of forces.
+    The guards of sticking blocks, closed contacts, lossy joints and compliant flanks are checked.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     for i in range(n):
@@ -153,10 +153,11 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
 
 @bare_kernel
 def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) -> float:
-    """Return the time [s] of a guard's minimum if the guard may be below its limit there.
+    """Return the time [s] of a guard's minimum in a step, if it may be below the guard's limit.
 
-    The guard has the values g0, g1 and the rates r0, r1 at 0 and h, and is not passed at 0 and h.
-    The result is `shortest` [s] if the minimum is above the limit or not before `shortest`.
+    The guard has the values g0, g1 and the rates r0, r1 at 0 and h, the ends of the step, and is
+    not passed there. If the minimum is above the limit or later than the time `shortest` [s]
+    (earliest such minimum so far), the result is `shortest`.
     """
     if r0 >= 0.0 or r1 <= 0.0:
         return shortest

@@ -27,11 +27,11 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
 
     Return False if the range of a self-locking joint is not on the side that `sided` requires.
 
-    sided: True to restrict the load of each self-locking joint to one side of its kink. The kink is
-    the force at which the slope of the loss changes. The branch of the joint (state.py) selects the
-    side. If the branch is 0 and `towards` is 0, the load must be at the kink. If the branch is 0
-    and `towards` is 1 or -1, the load must be on the side on which the joint's driving end drives
-    the load while the root moves in the direction `towards`.
+    sided: True to restrict the load of each self-locking joint to one side of its kink (force at
+    which the slope of the loss changes). The branch of the joint (state.py) selects the side. For
+    branch 0, the load must be at the kink if `towards` is 0. If `towards` is 1 or -1, the load must
+    be on the side on which the joint's driving end drives the load while the root moves in this
+    direction.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]
@@ -128,7 +128,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @bare_kernel
 def unload(tree: JointTree) -> bool:
-    """Clear the branch (side of the kink) of self-locking joints that are no longer loaded there.
+    """Clear the branch (side of the kink) of each self-locking joint not loaded on that side.
 
     The tree must be at rest. Returns True if the tree has self-locking joints.
     """
