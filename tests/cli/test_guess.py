@@ -330,6 +330,15 @@ def test_a_column_of_another_quantity_is_no_channel(name: str, tmp_path: Path) -
             "rotary",
             {"position": ("PV %", "%"), "reference": ("SP %", "%"), "current": "Motor Current A"},
         ),
+        (
+            "Time[s],EPS_SteeringAngle[deg],EPS_MotorCurrent[A],EPS_AngleRequest[deg]",
+            "rotary",
+            {
+                "position": "EPS_SteeringAngle",
+                "reference": "EPS_AngleRequest",
+                "current": "EPS_MotorCurrent",
+            },
+        ),
         ("Time [s],stem,Motor Current [A]", "linear", {"position": ASKED, "current": ASKED}),
         (
             "Time [s],az_enc_rad,gyro_z_radps,i_q_A,az_ref_rad,el_ref_rad",

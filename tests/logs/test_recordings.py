@@ -470,7 +470,7 @@ def test_bombs_are_refused_before_they_are_opened():
             losses: list[DataLoss] = []
             found = columns(opened(data)["/motor"], ["/motor.data"], losses)["/motor.data"]
             assert found.tolist() == POSITION
-            assert any("declare" in loss.reason or "decompress" in loss.reason for loss in losses)
+            assert any("declare" in loss.reason or "unpacks" in loss.reason for loss in losses)
 
 
 def test_fewer_messages_than_the_statistics_count():

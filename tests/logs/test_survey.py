@@ -138,7 +138,7 @@ def test_which_methods_a_log_can_feed():
     assert "in one direction only" in str(one_way["least-squares"])
     for name, stream in {
         "neither position nor velocity": with_signals(effort=force),
-        "none of effort, current, voltage": with_signals(position=fine),
+        "no drive signal (effort, current, voltage)": with_signals(position=fine),
         "does not change": with_signals(position=0.0 * fine, effort=force),
     }.items():
         assert all(name in str(why) for why in told(stream).values())

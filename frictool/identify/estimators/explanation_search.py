@@ -459,7 +459,8 @@ def _explanation(
     state: str,
 ) -> Explanation:
     one = trial.hypothesis
-    alike = tuple(rival.hypothesis.what for rival in rivals)
+    # ripples of nearly equal periods have the same name
+    alike = tuple(dict.fromkeys(rival.hypothesis.what for rival in rivals))
     position = trial.rows.samples.loads.get(TERMS[SPRING][0])
     if position is not None and not _spans_a_turn(trial):
         turn = float(np.ptp(position)) / (2.0 * np.pi)

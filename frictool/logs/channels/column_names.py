@@ -22,8 +22,8 @@ QUANTITIES: tuple[dict[str, str], ...] = (
     {"time": r"t", "voltage": r"u|v", "current": r"i", "position": r"q|x|y"},
 )
 _COMMAND = re.compile(
-    r"ref|reference|setpoint|target|desired|des|command|cmd|commanded|goal|demand|qg|consigne|"
-    r"soll|sollwert|set|sp|sv"
+    r"ref|reference|setpoint|target|request|requested|desired|des|command|cmd|commanded|goal|demand|"
+    r"qg|consigne|soll|sollwert|set|sp|sv"
 )
 _NO_SIGNAL = re.compile(
     r"error|err|deviation|norm|limit|max|min|bus|vbus|supply|vsupply|bat|batt|vbat|battery|vdc|inp|"
