@@ -1,4 +1,4 @@
-"""Kernels that static laws share: force at rest, breakaway, and width of the rest band.
+"""Kernels that static friction laws share: force at rest, breakaway, and width of the rest band.
 
 F_s(+) and F_s(-) are the breakaways in positive and negative direction. At rest, F equals the
 effort u, limited to [-F_s(-), F_s(+)] (first lines of thesis 2.30 to 2.35). The rest band is the

@@ -164,7 +164,7 @@ def sort_logs(
 def with_load(record: MotionRecord, laws: Laws) -> MotionRecord:
     """Return the record with the load in `laws` as its known load.
 
-    The record is unchanged without a load, or without a measured position.
+    The record is unchanged if `laws` has no load, or if the position was not measured.
     """
     if laws.load is None or record.velocity is not None:
         return record

@@ -75,7 +75,7 @@ class AcceptedEffects:
     - held_out: squared prediction error of the effort in strokes left out of the fit, divided by
       the error without the effects
     - scatter: half width of the interval of each shift; 0 for a parameter that is not a key
-    - whole: shift if the effort of the effects is as large as fitted; `shift` limits this effort
+    - whole: shift with the effort of the effects as fitted; in `shift`, this effort is limited
     - settle: test or change of bench.yaml that would show whether the last of the effects acts
     - one_sided: True if the effects cannot cause a shift in the opposite direction
     """

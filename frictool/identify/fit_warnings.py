@@ -176,7 +176,7 @@ def cover_travel(ramp: Breakaway, records: Sequence[MotionRecord]) -> bool:
 def unstable_load_warnings(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench
 ) -> list[str]:
-    """Return a warning if the sum of spring and gravity falls with position throughout the logs."""
+    """Return a warning if the sum of spring and gravity falls at all positions of the logs."""
     load = None if fit.laws is None else fit.laws.load
     positions = [one.position for one in records if one.velocity is None]
     if load is None or not positions:

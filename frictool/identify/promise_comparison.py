@@ -4,7 +4,7 @@
 An identified half width can exceed it for three reasons: the log is too short; drive or position
 are too noisy; or the Cramér-Rao bound of the recorded strokes is too large. If these reasons do not
 explain the ratio of the half widths, the logs contain an effect that the simulations of the test
-lack, such as friction over position (`shown_effects`).
+lack, such as friction that varies with position (`shown_effects`).
 """
 
 from __future__ import annotations

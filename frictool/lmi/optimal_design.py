@@ -1,4 +1,4 @@
-"""Optimal shares of several experiments in the duration of a test, from a convex program.
+"""Optimal division of the duration of a test among experiments, by a convex program.
 
     minimise    max_i  e_i' (sum x_k R_k)^-1 e_i / limit_i
     subject to  sum x_k = 1,  x_k >= 0,  sum x_k cost_k <= 0

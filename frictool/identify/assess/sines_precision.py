@@ -1,8 +1,8 @@
 """Expected precision of the method of sines (thesis 4.38).
 
-The effort is averaged over the middle part of a stroke, |sin| > 1/2, with n samples. The mean speed
-follows from the encoder counts at both ends of this part. The mean effort minus viscous friction
-times mean speed therefore has the variance
+The effort is averaged over the middle part of a stroke, the n samples with more than half of the
+top speed. The mean speed follows from the encoder counts at both ends of this part. The mean effort
+minus viscous friction times mean speed therefore has the variance
 
     noise^2/n + (viscous step)^2/(6 duration^2)
 

@@ -1,1 +1,1 @@
-"""Breakaway from ramps, over position and time at rest; friction map (thesis 4.3)."""
+"""Breakaway from ramps, as a function of position or time at rest; friction map (thesis 4.3)."""

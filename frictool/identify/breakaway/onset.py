@@ -17,7 +17,7 @@ follows from the ramp.
 
 The changes may not determine `start`; a single change never does. Another term of the sum therefore
 prefers the value `expected` of `start`. The weight `timing` of this term is a ratio of two
-variances: the variance of s at a change due to sampling, and the variance 1/12 count^2 of a
+variances: the variance of s that sampling causes at a change, and the variance 1/12 count^2 of a
 uniformly distributed start.
 
 If a Stribeck velocity v_s > 0 is assumed, friction at the speed v is lower than the breakaway by

@@ -416,7 +416,7 @@ def _straight_from(record: MotionRecord, start: int, end: int) -> int | None:
 
 
 def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
-    """Return the weight `timing` (onset.py): mean square of the distance [counts] per sample."""
+    """Return the weight `timing` (onset.py): mean square of the counts moved per sample."""
     if time.size < 2:
         return 1.0  # any positive number: one change alone does not determine the position
     return float(

@@ -16,7 +16,7 @@ is used:
 - The load is 0, and the interval of the breakaway allows for every load up to `load.most`.
 
 If the sliding log shows a ripple that the model lacks, the interval of the breakaway includes the
-effect of this ripple in every phase. If all onsets lie within one period of the ripple, their
+effect of this ripple with any phase. If all onsets lie within one period of the ripple, their
 scatter does not show the ripple.
 """
 

@@ -168,7 +168,7 @@ def _common_structure(
 
 
 def highest_order(counts: float) -> int:
-    """Return the highest order over a range of positions of `counts` encoder counts.
+    """Return the highest allowed order of a polynomial over `counts` encoder counts.
 
     Each coefficient needs COUNTS_PER_TERM counts, because the rest position within a count is
     unknown.

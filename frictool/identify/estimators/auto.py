@@ -6,8 +6,8 @@ steps fit the sliding parameters together with these loads and effects.
 
 1. If the differentiated velocity is too inaccurate (`assess/identifiability.py`), the method of
    sines is used, and steps 2 to 4 are skipped, with two exceptions: the method of sines gives no
-   finite intervals; or the intervals by least squares overlap the intervals by sines, and are less
-   than half as wide.
+   finite intervals; or the intervals of least squares overlap the intervals of the sines, and are
+   less than half as wide.
 2. If the intervals of `least_squares` and `power_balance` do not overlap, friction at low speed is
    not the sum of viscous and Coulomb friction, and `power_balance` is preferred.
 3. Otherwise `least_squares` is preferred.

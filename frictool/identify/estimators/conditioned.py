@@ -2,9 +2,9 @@
 
 M_2 is the 2 x 2 submatrix of the normal matrix for viscous and Coulomb friction. If the velocity is
 a sine of amplitude sqrt(2) in SI units, the condition number of M_2 is 19, the least possible for a
-sine (thesis 4.29 to 4.33). The identified values equal the values by `power_balance`, because every
-fit of frictool scales its columns to unit length. The fit also reports the condition numbers of M_2
-before and after the multiplication.
+sine (thesis 4.29 to 4.33). The estimates equal those of `power_balance`, because every fit of
+frictool scales its columns to unit length. The fit also reports the condition numbers of M_2 before
+and after the multiplication.
 """
 
 from __future__ import annotations

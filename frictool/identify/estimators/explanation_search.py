@@ -121,11 +121,11 @@ def _hidden(
 ) -> tuple[str, ...]:
     """Return the effects that cannot be tested because the acceleration is noisy.
 
-    A delay is tested in spite of the noise if, with longer smoothing windows, the delay explains
-    more than the noise can hide, and predicts the strokes better than any other hypothesis. The
-    delay of a voltage drive is tested in spite of the noise if the effort acts later than logged,
-    as with the inductance of the winding. Noise that a servo feeds back has the opposite effect:
-    the effort seems to act earlier.
+    A delay is tested in spite of the noise if, with longer smoothing windows, noise cannot imitate
+    the delay, and the delay predicts the strokes better than any other hypothesis. The delay of a
+    voltage drive is tested in spite of the noise if the effort acts later than logged, as with the
+    inductance of the winding. Noise that a servo feeds back has the opposite effect: the effort
+    seems to act earlier.
     """
     if not searched.noisy(rows.samples):
         return ()

@@ -9,9 +9,9 @@ A candidate is allowed if its force error is at most twice the smallest force er
 with a wrong effort may still simulate the position well. The first allowed candidate with a
 position error at most a tenth above the smallest is chosen. The order of preference is: the method
 that the decision scheme of `auto` prefers, other regressions, output error. Output error is
-rejected if its interval of a parameter does not contain the value by the regression with the same
-load terms. This regression is fitted to all logs, and is available even if the halves of the logs
-are too short for a fit.
+rejected if its interval for a parameter does not contain the estimate of the regression with the
+same load terms. This regression is fitted to all logs, and is available even if the halves of the
+logs are too short for a fit.
 
 If the fit includes a disturbing effect (`rows/effects.py`), the preferred method is used without a
 comparison, because the effect cannot be simulated. If the logs are too short to be halved, the
@@ -173,7 +173,7 @@ def _winner(
     """Return the chosen candidate, its fit, and a text that says why the first choice was rejected.
 
     The text is empty if the first choice was not rejected. Output error is rejected if its interval
-    of a parameter does not contain the value by an allowed regression with the same load terms.
+    for a parameter does not contain the estimate of an allowed regression with the same load terms.
     Both models then lack an effect, such as a breakaway at the reversals, and output error
     compensates the missing effect by wrong parameters. A candidate is also rejected if its fit
     fails, or if a load that the bench does not declare is within SURE half widths of 0 in the

@@ -1,6 +1,6 @@
 """Output error: fit of a simulated motion to the measured motion ("simulation error", thesis 4).
 
-No signal is differentiated or filtered. The search starts from the parameters by the power balance.
+No signal is differentiated or filtered. The search starts from the estimates of the power balance.
 
 In open loop, the measured effort drives the simulated axis. An error of the effort shifts the
 simulated position for a long time, so that the position residuals do not show the uncertainty of a
@@ -13,8 +13,8 @@ of the power balance, because the parameters of the simulation would make the er
 closed loop, the simulated controller drives the axis, and the residuals themselves are errors of
 the effort.
 
-The inertia is fixed at the value by the power balance if the interval by the power balance is less
-than half as wide as the interval by the simulation. The simulation then gives the other parameters.
+The inertia is fixed at the estimate of the power balance if the interval of this estimate is less
+than half as wide as the interval of the simulation. The simulation then gives the other parameters.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ def influences(
 ) -> Matrix:
     """Return the shift (c, p) of p parameters due to the effort errors of each of c clusters.
 
-    A cluster consists of one or several strokes (`cluster_numbers`). `regressed` are the parameters
-    by the power balance, with which the effort errors are computed.
+    A cluster consists of one or several strokes (`cluster_numbers`). `regressed` are the estimates
+    of the power balance, with which the effort errors are computed.
     """
     errors = simulated.missing_effort({**fitted.values, **regressed})
     numbers = cluster_numbers(simulated.segments)

@@ -10,10 +10,10 @@ stroke, where the speed is above half of the stroke's largest speed (|sin| > 1/2
 whole periods, which include stick at the reversals. <v> is a distance divided by a duration, so
 that even a coarse encoder is sufficient if a stroke has many counts.
 
-The inertia is not estimated. The effort that accelerates the inertia is subtracted, for the inertia
-in bench.yaml; the range of this inertia widens the intervals slightly. Knees, which are speeds at
-which the viscous friction changes, are estimated (`piecewise_friction`). The strokes must have
-different speeds, but need not be sines.
+The inertia is not estimated. The effort that accelerates the inertia is subtracted, computed with
+the inertia in bench.yaml; the range of this inertia widens the intervals slightly. Knees, which are
+speeds at which the viscous friction changes, are estimated (`piecewise_friction`). The strokes must
+have different speeds, but need not be sines.
 """
 
 from __future__ import annotations

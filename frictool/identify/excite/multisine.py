@@ -128,7 +128,7 @@ def multisine(
 
 
 def _effort_bound(limits: BenchLimits, velocity: Vector, acceleration: Vector) -> float:
-    """Return the largest factor by which a motion can be scaled within the effort of every axis.
+    """Return the largest scale factor of a motion that the effort of every axis allows.
 
     `limits` contains the worst case of all axes within the intervals in bench.yaml.
     """

@@ -60,10 +60,10 @@ class PrecisionRequest:
     - seed: seed of the random reversal positions
     - robust: True for two additional requirements: the strokes must separate the effects EFFECTS
       from inertia and friction, and no parameter may be much less precise than the others
-    - factors: for each parameter, half width that `identify` reports divided by the computed half
-      width; EXPECTED_FACTOR for a parameter that is not a key
-    - laws: friction laws of earlier logs, such as friction over position, for simulations of the
-      test; None if no log shows them
+    - factors: for each parameter, ratio of the half width that `identify` reports to the computed
+      half width; EXPECTED_FACTOR for a parameter that is not a key
+    - laws: friction laws of earlier logs, such as friction that varies with position, for
+      simulations of the test; None if no log shows them
     """
 
     wanted: Mapping[str, float]

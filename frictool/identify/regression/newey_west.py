@@ -1,8 +1,8 @@
 """Standard deviations for correlated residuals of one short record (Newey and West 1987).
 
-A jackknife leaves out rows. In a single stroke, this may be impossible, because a few rows may
-determine a parameter. Instead, the products of residuals up to `reach` rows apart are summed, with
-weights that decrease linearly with the distance.
+A jackknife leaves out rows. In a single stroke, this may be impossible, because a few rows alone
+may determine a parameter. Instead, the products of residuals up to `reach` rows apart are summed,
+with weights that decrease linearly with the distance.
 """
 
 from __future__ import annotations

@@ -219,7 +219,7 @@ def _noise(values: Values, record: MotionRecord, rows: SlipRows) -> float:
 
 
 def _intervals(model: Model, values: Values, rows: SlipRows) -> float:
-    """Return the rms change of effort within the model's intervals, per rms measured effort."""
+    """Return the rms change of effort within the model's intervals, relative to the rms effort."""
     modelled = rows.modelled_effort(values, model.laws)
     square = 0.0
     for name in SLIDING:
