@@ -31,7 +31,6 @@ class Hold:
 
     origin: reference before the step [rad or m]; None if the hold does not begin with a step. The
     samples between two holds at a step (at most three) belong to the second hold.
-
     """
 
     start: int

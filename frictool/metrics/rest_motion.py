@@ -18,7 +18,6 @@ def late_samples(time: Vector, after: float) -> slice | None:
 
     `time`: times of the samples (n,) [s]. The result is None if the slice has fewer than ten
     samples.
-
     """
     if time[-1] < time[0] + after:
         return None

@@ -89,10 +89,10 @@ def view(mechanism: Mechanism, root: str) -> MechanismView:
 
 
 def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepReport]:
-    """Return the mechanism in the coordinate of the block that `source` drives.
+    """Return the mechanism in the coordinate of the reference block of `source`, and the report.
 
-    Raises NoSolutionError if a block does not move with the source's block, or if a spring connects
-    two blocks with different ratios.
+    Raises NoSolutionError if a block does not move with the reference block, or if a spring
+    connects two blocks with different ratios.
     """
     here = from_reference(mechanism, source)
     ratio = si_unit("position", here.axis)

@@ -31,7 +31,7 @@ def fit_polynomial(x: Vector, values: Vector, over: tuple[float, float]) -> Poly
 
     The fit is by least squares at Chebyshev nodes, so that the largest error is nearly as small as
     possible. A constant is added if the polynomial would be negative within `over`, a range that
-    contains x. The error is computed with the coefficients as rounded for model.yaml.
+    contains x. Negligible coefficients are set to 0; the error includes this change.
     """
     low, high = float(x[0]), float(x[-1])
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(

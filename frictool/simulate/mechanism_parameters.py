@@ -91,8 +91,6 @@ def _ordered(document: FrictionOf, made: FrictionOf, provided: set[str]) -> Fric
 
     The lower limit of a parameter is another parameter. If `provided` contains the limit but not
     the parameter, the ratio of the parameter to the limit stays as in `document`.
-
-
     """
     parameters = dict(made.parameters)
     for name, other in _pairs(made):

@@ -98,6 +98,8 @@ def play_all(
 ) -> Iterator[MechanismOutcome]:
     """Simulate all variants in parallel; yield the outcome of each variant.
 
+    With exported C code, the variants are simulated one after another.
+
     tasks: pairs (task, initial positions (n,) [rad | m]); each run starts at rest.
     `progress(done, total)` counts variants, or samples if there is a single variant. Raises
     NoSolutionError if a variant cannot be simulated; the message states the time and the element.

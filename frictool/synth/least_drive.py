@@ -88,7 +88,7 @@ def least_drive(
     There is no bound (drive 0) if the friction may be less than the Coulomb friction. This is
     possible if the friction depends on the position, or if the model has presliding or a backlash.
     There is also no bound if the scenario contains disturbances, drifts, a temperature, sensor
-    faults or commands.
+    faults or commands. If the breakaway depends on the time at rest, its bound is left out.
     """
     targets = _targets(spec, scenario)
     share = _load_share(model, spec, targets)

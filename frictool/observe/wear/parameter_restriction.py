@@ -9,9 +9,9 @@ deviation for each parameter.
 
 Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
 the zone z; wear, wear_d, wear_z and added are parameters. Every kind also has these parameters: the
-inertia, the viscous friction with its bends (changes of the slope over speed), and an offset of the
-effort, for example of the current sensor. The offset is added to level_1 and subtracted from
-level_-1.
+inertia, the viscous friction with its bends (changes of the slope over speed), falls of the
+friction with speed, the delay of the effort, and an offset of the effort, for example of the
+current sensor. The offset is added to level_1 and subtracted from level_-1.
 
 The prior is wide for parameters that differ between actuators or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds friction that depends on speed and is not in the
@@ -95,7 +95,7 @@ def restriction(
     """Return the map from friction and wear parameters to the coefficients of a weak-form row.
 
     The first parameters are common to all kinds of wear: inertia, viscous friction, its asymmetry
-    and its bends. The parameters of `wear` follow.
+    and bends, the delay of the effort, and falls of the friction. The parameters of `wear` follow.
 
     Parameters
     ----------
@@ -109,8 +109,8 @@ def restriction(
     fixed
         Part (p,) of the coefficients that does not depend on the parameters; None stands for 0.
     unmodelled
-        Friction that depends on speed and is not in the model; it widens the prior of the viscous
-        friction and of its bends.
+        Friction that depends on speed and is not in the model; it widens the priors of the viscous
+        friction, its bends and the falls.
     """
     known = _known(model, layout, unmodelled)
     columns = [np.eye(len(layout.names))[:, layout.names.index(name)] for name in known]
@@ -185,7 +185,7 @@ def multiplicative(
 def _known(
     model: Model, layout: WeakFormLayout, unmodelled: UnmodelledFriction
 ) -> dict[str, tuple[float, float]]:
-    """Return the priors (mean, deviation) of inertia and viscous friction (asymmetry, bends).
+    """Return the prior (mean, deviation) of each parameter that all kinds of wear have in common.
 
     The range of the viscous friction in bench.yaml applies to the steepest slope
     (adapters/friction_levels.py). If the model has bends, this is the slope above the last bend.
