@@ -1,4 +1,4 @@
-"""Detection of an effort that saturates softly, or whose flat tops are not visible in noise.
+"""Detection of an effort that saturates softly, or whose flat tops are hidden by noise.
 
 A saturated effort is smaller than the effort that the motion needs. The search fits the following
 model to the samples at which the axis slips:
@@ -21,9 +21,9 @@ Each comparison must have the same result without the stroke that supports the r
 
 A command with few levels, such as a pseudo-random binary sequence, has flat tops, too. S then
 reduces the residual although nothing saturates: the limits of S clip the noise of the acceleration,
-and the late jumps of a delayed effort. The linear fits and the rival therefore contain a delay to
-second order (derivatives of the effort). The mean square effort of this noise is subtracted from
-all squared residuals.
+and the late jumps of a delayed effort. All linear fits therefore contain a delay to second order
+(derivatives of the effort). The mean square effort of the noise of the acceleration is subtracted
+from all squared residuals.
 """
 
 from __future__ import annotations

@@ -309,9 +309,8 @@ def _estimate(logs: AxisLogs) -> _Estimate:
 def _with_lag(estimate: _Estimate, first: SlidingFit, lag: Interval) -> _Estimate:
     """Return the estimate with the lag among the effects of its fit.
 
-    The explanation of the delay is taken from the fit `first`.
-
-    A warning says that the model lacks the lag.
+    The explanation of the delay is taken from the fit `first`. The estimate contains a warning that
+    the model lacks the lag.
     """
     fit = estimate.outcome.fit
     if fit is None:

@@ -7,7 +7,7 @@ The trial identifies the log with the bench, as `identify` does. Least squares a
   `output-error`). They are reported as accepting the log if they support log and bench.
 - If least squares refuse the log for one common reason, this reason is reported for every method.
   The reason is common if it concerns the whole log, or is the same for all parameters.
-- Otherwise, a method is tried.
+- Otherwise, each method is tried.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ class BreakawayOnset:
 
     - direction: direction of the motion, +1 or -1
     - level, rate: value at time 0 [N m | N] and slope [N m/s | N/s] of the line that is fitted to
-      |effort| at rest; without the effort of the record's known load
+      |effort| at rest; the effort of the record's known load is subtracted
     - time: times at which the encoder's count changes, (n,), s
     - seen: distance from the first change to each change, (n,), rad | m
     - position: middle of the encoder count in which the axis rested, rad | m

@@ -368,9 +368,9 @@ def simulated_fit(
 ) -> SlidingFit:
     """Return the fit by output error, without loads that may be 0.
 
-    The first fit has the load terms `terms`. As long as the intervals of a position-dependent load
-    contain 0, the fit is repeated without this load, unless the bench declares its loads. The
-    entries of `errors`, prediction errors by name, are added to the details of the fit.
+    The first fit has the load terms `terms`. If the bench declares no loads, the fit is repeated
+    without the position-dependent loads whose intervals contain 0. The entries of `errors`,
+    prediction errors by name, are added to the details of the fit.
     """
     fit = simulation_error(records, bench, settings, terms)
     while bench.load is None and (needless := _insignificant_loads(fit, terms)):

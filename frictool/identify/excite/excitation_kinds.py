@@ -90,8 +90,8 @@ def excite(kind: str, bench: Bench, settings: ExcitationSettings) -> ExcitationS
     Raises
     ------
     NoSolutionError
-        If the test exceeds a limit of the bench or has more than MOST_SAMPLES samples, or if no
-        setting determines its length and the test takes longer than LONGEST. The message names the
+        If the test exceeds a limit of the bench or has more than MOST_SAMPLES samples, or if it
+        takes longer than LONGEST although no setting determines its length. The message names the
         limit.
     """
     sequence = MAKERS[kind](bench, limits_of(bench), settings)

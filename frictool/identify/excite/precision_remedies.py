@@ -18,7 +18,7 @@ FACTORS = (2.0, 4.0, 16.0)
 
 
 def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> list[str]:
-    """Return text on the single changes with which a test can reach the requested precision.
+    """Return text on changes, each of which alone makes the requested precision reachable.
 
     The precision is computed from the information of the test; the test is not simulated. `needed`
     is the shortest duration on the unchanged bench, s; None if no duration suffices.

@@ -8,7 +8,7 @@ of a candidate are computed for the worst axis within the a-priori intervals:
   covariance grows with inertia and viscous friction, so that every other axis gives more
   information.
 - The noise of the effort is computed with the largest drive constant, the drive signal with the
-  smallest.
+  smallest constant.
 - A spring and a delay have unknown sizes, since `identify` allows for both effects in its
   intervals. Only a mix of strokes can separate the two effects from inertia and friction.
 - The backlash is at its upper end. Two kinds of samples are excluded: samples inside the backlash,

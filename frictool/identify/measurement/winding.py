@@ -25,8 +25,8 @@ voltage and position (output error): the noise of the current then biases no par
 and measured current are averaged by the test function (1 - s^2)^3 (`plant/weak_form.py`), which
 reduces the noise of the position. The equation does not contain friction, inertia or load.
 
-The intervals of the results come from a jackknife over parts of the logs. They include the bias by
-the noise of the position. They also include the results with each of three differences for the
+The intervals of the results come from a jackknife over parts of the logs. They include the bias due
+to noise of the position. They also include the results with each of three differences for the
 slope: central, forward and backward.
 """
 

@@ -1,4 +1,4 @@
-"""Regressors of the weak form for friction over position and for knees over speed.
+"""Regressors of the weak form for friction that varies with position, and for speed knees.
 
     friction_k, load_k     sign(v) P_k(xi) and P_k(xi) with k = 1, 2, ..., for a polynomial of the
                            position in each direction

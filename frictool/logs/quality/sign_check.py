@@ -106,7 +106,7 @@ def reversed_signal(effort: str, position: Vector, reference: Vector | None) -> 
     effort: name of the effort or drive signal.
     position, reference: samples (n,).
 
-    The result is "position or ..." if the reference does not decide.
+    If the reference does not decide, the result names both, such as "position or current".
     """
     together = 0.0 if reference is None else _correlation(reference, position)
     if together > AGREES:
