@@ -129,7 +129,7 @@ def _opposite(model: Model, name: str) -> Quantity:
 
 
 def _mean_factors(model: Model) -> Ends:
-    """Return (forward, backward): mean over the travel of the position's factor on `coulomb`."""
+    """Return (forward, backward): factor of the position on `coulomb`, averaged over the travel."""
     travel = model.bench.mechanics.travel
     law = None if model.laws is None else model.laws.position
     if travel is None or law is None or not travel.low < travel.high:

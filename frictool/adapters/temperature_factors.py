@@ -48,7 +48,7 @@ def temperature_words(owner: str, text: str) -> str:
     """Return a remark on the temperature at which a model is simulated.
 
     `owner`: name of the model or of its file.
-    `text`: result of `temperature_text`.
+    `text`: temperature and factors of friction as text (`temperature_text`).
     """
     return f"{owner} is simulated at {text}"
 

@@ -70,7 +70,8 @@ class IdentifyEachCommand:
 def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
     """Identify a model from each log or folder, and return the exit code.
 
-    The result is the first of 4, 1, 3 and 0 that is the exit code of a log (`frictool.errors`).
+    If the logs have different exit codes (`frictool.errors`), 4 precedes 1, 1 precedes 3, and 3
+    precedes 0.
     """
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest

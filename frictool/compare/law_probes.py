@@ -115,7 +115,7 @@ def settles(law: Callable[[float, float], tuple[float, float]], setting: Compari
     second half of the simulation. Euler's method never gives exactly v = 0; under a law that sticks
     only at v = 0, the mass therefore does not come to rest.
 
-    `law`: result of `law_as_printed`.
+    `law`: the law as printed in the thesis (`law_as_printed`).
     """
     scales = setting.scales
     h = EULER_STEP * scales.time

@@ -59,14 +59,14 @@ class CompiledProgram(NamedTuple):
     - code (n, 5), terms (t, 3), formats (n, 6): columns as in control/operation_codes.py
     - writes (w, 2): one row for each updated state: index of the state, index of its next value
     - starts (s,): indices of the states that `start_at` sets to the measured position
-    - ports (11,): indices of special nodes; -1 if the program does not have the node:
+    - ports (11,): indices of ten nodes (-1 for a node that the program lacks), and a number:
 
       - 0 to 2: inputs `PORTS`
       - 3: output
       - 4 to 6: three nodes of the measurement guard (control/measurement_guard.py): the state
         `holds_left`, its next value, and the constant `hold_samples`
       - 7 to 9: inputs after the guard has replaced invalid inputs
-      - 10: not an index, but the number of rows of `code` that belong to the guard
+      - 10: number of rows of `code` that belong to the guard
     """
 
     number: int

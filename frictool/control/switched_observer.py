@@ -54,7 +54,7 @@ class SwitchedParameters:
     - forward, backward: cells in order of position; the first and the last cell also apply beyond
       the travel
     - stuck: gains (L1, L2) of mode 0 (stuck)
-    - kept: factor a by which each sample of mode 0 (stuck) multiplies the estimated speed
+    - kept: factor a on the estimated speed at each sample of mode 0 (stuck)
     - additive: True if wear is an increase of friction, False if it is a factor
     - curves (forward, backward): friction f as polynomials of the position, coefficients in rising
       powers; if `additive`, these curves replace the cells' friction

@@ -198,9 +198,9 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     - `speed`: Largest speed. The default is the top speed in bench.yaml.
     - `acceleration`: Largest acceleration. The default is ((`drive_share` times the drive's largest
       effort) - friction - load)/inertia at `speed`, for the plant with the smallest result.
-    - `jerk`: Largest jerk. By default the jerk limit makes a move longer by one period of the
-      model's lowest resonance. For a model without resonances, it makes the move longer by a tenth
-      of the time in which `speed` is reached.
+    - `jerk`: Largest jerk. By default, a move with this limit lasts longer than a move with
+      unlimited jerk by one period of the model's lowest resonance. For a model without resonances,
+      it lasts longer by a tenth of the time in which `speed` is reached.
     - `drive_share`: Fraction of the drive's limit that the default acceleration uses. The rest of
       the limit is left for the feedback.
     """

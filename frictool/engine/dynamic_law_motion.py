@@ -310,7 +310,7 @@ def run_dynamic(
     """Simulate y = (x, v, q, z...), in place, from `start` [s] under a sequence of efforts.
 
     - ends (s,), drives (s, 10): the effort drives[i] (engine/drive.py) acts up to ends[i] [s]
-    - kernels: result of `law_kernels`
+    - kernels: addresses of the law's kernels (`law_kernels`)
     - laws: the three arrays forward, backward and table of a PackedExtension, then an array for the
       law's current parameters. Without an extension, this fourth array must contain the parameters
     - moving: number of leading elements of z with a differential equation; the other elements are

@@ -74,7 +74,7 @@ def slip_through_period(
 
     - first, last: efforts at the start and the end of the period [N m | N]
     - command: effort that the drive approaches
-    - c (2, 6): result of `period_coefficients`
+    - c (2, 6): coefficients of a slip over one period (`period_coefficients`)
     """
     velocity = state[ax.VELOCITY]
     if velocity == 0.0:
@@ -129,7 +129,7 @@ def replay(
 ) -> int:
     """Simulate the axis under `effort` (n,) [N m | N] from `state` (7,), in place.
 
-    - p: result of `replay_parameters`
+    - p: parameters of an axis whose command is an effort (`replay_parameters`)
     - load: array of the load (plant/position_load.py)
     - measured (n,): measured positions [rad | m]
     - gains (2,): gains of the correction of position [-] and velocity [1/s]; if both gains are

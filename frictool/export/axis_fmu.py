@@ -86,7 +86,7 @@ class AxisSetting:
     - text: meaning, for the description
     - least, most: smallest and largest allowed value
     - tunable: True if the parameter may change during a simulation
-    - quantity: value in the model document, whose interval the description states
+    - quantity: value and interval in the model document; the description states the interval
     """
 
     name: str

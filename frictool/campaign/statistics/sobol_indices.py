@@ -115,8 +115,8 @@ def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
 def rank_correlation(units: Vector, scores: tuple[Vector, ...]) -> float:
     """Return the rank correlation, -1 to 1, of the draws `units` (n,) and the metric's values.
 
-    `scores`: result of `scores_of`. The draws, uniform in [0, 1], are used instead of their ranks.
-    Returns 0 if the draws or the values do not vary.
+    `scores`: rank scores of the metric's values (`scores_of`). The draws, uniform in [0, 1], are
+    used instead of their ranks. Returns 0 if the draws or the values do not vary.
     """
     if not scores:
         return 0.0

@@ -1,4 +1,4 @@
-"""Figures of a campaign: pass rates, metrics with limits, and failing shares by factor.
+"""Figures of a campaign: pass rates, metrics with limits, and shares of failing trials by factor.
 
 If there are many trials, a figure shows bins instead of single trials.
 """
@@ -136,7 +136,7 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
 
 
 def causes(findings: Findings) -> list[PageFigure]:
-    """Return figures of the failing share, one against each of the most significant factors.
+    """Return figures of the share of failing trials over each of the most significant factors.
 
     The result is empty if no trial fails or none passes.
     """

@@ -39,7 +39,7 @@ def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
 
 
 def edges(trials: Trials, factor: int) -> Vector:
-    """Return the edges of CELLS equal cells along a factor.
+    """Return the edges of CELLS equal cells over the range of a factor (varied quantity).
 
     If the factor has at most CELLS / 2 different values, each value has one cell.
     """

@@ -1,7 +1,7 @@
 """Response of rigidly joined blocks to an impulse, with losses in the joints.
 
 The loss of a joint is proportional to the transmitted force and therefore takes a fraction of an
-impulse. The impulse is applied in increments, from zero on (Routh 1860). Each increment changes the
+impulse. The impulse grows from zero in small increments (Routh 1860). Each increment changes the
 speeds as a force does, and the losses have the signs of the current speeds. As long as no speed
 reaches zero, the change of speed per unit of impulse is constant. It equals the acceleration that a
 unit effort in place of the impulse would cause without other efforts: the zero of Lambda
@@ -126,7 +126,7 @@ def yielding(hit: Group, row: int, force: float, speed: float, lossy: bool) -> f
     - speed: present speed of the first block
     - row: -1 if the impulse acts on `hit.block`. Otherwise the impulse acts on the load end b of
       the joint in this row, and `hit.block` is at end a
-    - lossy: result of `is_group_lossy`
+    - lossy: True if a rigid joint inside the group has losses
 
     The result is NaN if the group jams.
     """

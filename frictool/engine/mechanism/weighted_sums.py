@@ -74,7 +74,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
 
 @bare_kernel
 def gained(h: float, slopes: Vector, gain: Vector) -> None:
-    """Fill `gain` (n,) with the change of the state over a step of length h."""
+    """Write the change of the state over a step of length h to `gain` (n,)."""
     for i in range(slopes.shape[1]):
         gain[i] = 0.0
     _add(h, STAGE_INDICES[AFTER], STAGE_WEIGHTS[AFTER], STAGE_TERMS[AFTER], slopes, gain)
@@ -117,10 +117,10 @@ def path_of(h: float, slopes: Vector, path: Vector) -> None:
 
 @bare_kernel
 def on_path(part: float, path: Vector, gain: Vector) -> None:
-    """Fill `gain` with the change of the state over the first part of a step.
+    """Write the change of the state over the first part of a step to `gain` (n,).
 
     - part: length of this first part, divided by the length of the step
-    - path: result of `path_of`
+    - path: coefficients of the step's dense output (`path_of`)
     """
     rest = 1.0 - part
     for i in range(path.shape[1]):
