@@ -21,14 +21,15 @@ from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log_reader import read_log
 from studies.field.manifest import Machine, bench_path, files_of, read_manifest
-from studies.field.methods import METHODS, peer_rows
+from studies.field.methods import MUJOCO, installed_methods
 from studies.field.scores import MethodScore, scored
 from studies.field.servo_rotation import rotation_lines
 
+MISSING = "not installed (`pip install mujoco[sysid]`)"
 BEGIN, END = "<!-- begin: make field -->", "<!-- end: make field -->"
 HEAD = (
     "| machine | method | held-out force error | intervals that overlap | published inside "
-    "| records refused | refused rightly |\n| --- | --- | --- | --- | --- | --- | --- |"
+    "| records refused |\n| --- | --- | --- | --- | --- | --- |"
 )
 
 
@@ -66,7 +67,7 @@ def score_machine(machine: Machine, folder: Path, home: Path) -> list[MethodScor
         return str(error)
     return [
         scored(name, method, units, wrong, bench, machine.published)
-        for name, method in METHODS.items()
+        for name, method in installed_methods().items()
     ]
 
 
@@ -78,8 +79,8 @@ def row(machine: str, score: MethodScore) -> str:
         _percent(score.held_out),
         _percent(score.across),
         _of(score.published),
-        _of(score.refused),
-        _of(score.refused_rightly),
+        _of(score.refused)
+        + (f" + {_of(score.refused_rightly)}" if score.refused_rightly[1] else ""),
     )
     return f"| {' | '.join(cells)} |"
 
@@ -112,9 +113,11 @@ def table(folder: Path) -> list[str]:
     servos = rotation_lines(folder)
     if not lines:
         return servos
-    peers = [f"| all | {name} | {state} | - | - | - | - |" for name, state in peer_rows().items()]
+    missing = (
+        [] if MUJOCO in installed_methods() else [f"| all | {MUJOCO} | {MISSING} |{' - |' * 3}"]
+    )
     servos += [""] if servos else []
-    return [HEAD, *lines, *peers, "", *servos, "Refusals and their reasons:", "", *reasons]
+    return [HEAD, *lines, *missing, "", *servos, "Refusals and their reasons:", "", *reasons]
 
 
 def main() -> int:

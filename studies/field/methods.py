@@ -7,6 +7,7 @@ differences, a low-pass, every moving sample, and the usual covariance.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from importlib.util import find_spec
 
 import numpy as np
@@ -20,13 +21,14 @@ from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.outcome import sliding_intervals
-from studies.field.scores import PLAYED, FieldFit
+from studies.field.mujoco_sysid import mujoco_sysid
+from studies.field.scores import GRAVITY, PLAYED, FieldFit, Method, fit_of, has_gravity
 
 CUTOFF = 0.05  # cutoff of the low-pass of `plain`, relative to the sampling rate
 SLOWEST = 0.02  # least speed of a sample, relative to the top speed
 CONFIDENCE = 0.95
 FEWEST = 50  # samples of a record that the low-pass needs
-PEERS = {"MuJoCo system identification": "mujoco.sysid", "BAM M6": "bam"}
+MUJOCO = "mujoco.sysid"
 
 
 def auto(records: Sequence[MotionRecord], bench: Bench) -> FieldFit | str:
@@ -44,21 +46,39 @@ def auto(records: Sequence[MotionRecord], bench: Bench) -> FieldFit | str:
 
 
 def plain(records: Sequence[MotionRecord], bench: Bench) -> FieldFit | str:
-    """Return the least-squares fit of the effort by [acceleration, velocity, sign(velocity), 1]."""
+    """Return the fit of ordinary least squares, or the reason why there is none."""
+    intervals = _least_squares(records, bench)
+    return intervals if isinstance(intervals, str) else fit_of(intervals)
+
+
+def mujoco(records: Sequence[MotionRecord], bench: Bench) -> FieldFit | str:
+    """Return the fit of `mujoco.sysid`, which begins at the values of least squares."""
+    first = _least_squares(records, bench)
+    start = {} if isinstance(first, str) else {name: one.value for name, one in first.items()}
+    return mujoco_sysid(records, bench, start)
+
+
+def _least_squares(records: Sequence[MotionRecord], bench: Bench) -> dict[str, Interval] | str:
+    """Fit the effort by [acceleration, velocity, sign(velocity), 1]; return intervals by name.
+
+    If the bench declares gravity, sine and cosine of the position are regressors, too.
+    """
     b, a = butter(4, 2.0 * CUTOFF)
+    pendulum = has_gravity(bench)
     parts = []
     for record in records:
         if record.position.size < FEWEST:
             continue
         velocity = np.gradient(filtfilt(b, a, record.position), record.period)
-        acceleration = np.gradient(velocity, record.period)
+        loads = (np.sin(record.position), np.cos(record.position)) if pendulum else ()
         parts.append(
             np.column_stack(
                 (
-                    acceleration,
+                    np.gradient(velocity, record.period),
                     velocity,
                     np.sign(velocity),
                     np.ones(velocity.size),
+                    *loads,
                     filtfilt(b, a, record.effort),
                 )
             )
@@ -67,32 +87,26 @@ def plain(records: Sequence[MotionRecord], bench: Bench) -> FieldFit | str:
         return "no record is long enough for the low-pass"
     rows = np.concatenate(parts)
     rows = rows[np.abs(rows[:, 1]) > SLOWEST * np.max(np.abs(rows[:, 1]))]
-    x = rows[:, :4]
-    value, _, rank, _ = np.linalg.lstsq(x, rows[:, 4], rcond=None)
+    x, effort = rows[:, :-1], rows[:, -1]
+    value, _, rank, _ = np.linalg.lstsq(x, effort, rcond=None)
     if rank < x.shape[1]:
         return f"the regressors have rank {rank} of {x.shape[1]}"
     free = x.shape[0] - x.shape[1]
-    variance = float(np.sum((rows[:, 4] - x @ value) ** 2)) / free
+    variance = float(np.sum((effort - x @ value) ** 2)) / free
     deviation = np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x)))
     half = deviation * float(student.ppf(0.5 + 0.5 * CONFIDENCE, free))
-    intervals = {
-        name: Interval.around(float(centre), float(reach))
-        for name, centre, reach in zip(PLAYED, value, half, strict=True)
-    }
-    return FieldFit({name: one.value for name, one in intervals.items()}, intervals)
+    names = (*PLAYED, *(GRAVITY if pendulum else ()))
+    return dict(zip(names, map(Interval.around, value.tolist(), half.tolist()), strict=True))
 
 
-METHODS = {"frictool auto": auto, "plain least squares": plain}
+METHODS: dict[str, Method] = {"frictool": auto, "least squares": plain}
 
 
-def peer_rows() -> dict[str, str]:
-    """Return name -> state of other methods: not installed, or installed and not compared."""
-    return {name: _state(module) for name, module in PEERS.items()}
+def installed_methods() -> dict[str, Method]:
+    """Return the methods that are installed.
 
-
-def _state(module: str) -> str:
-    try:
-        known = find_spec(module) is not None
-    except ModuleNotFoundError:
-        known = False
-    return "installed, not compared" if known else "not installed"
+    `mujoco.sysid` lacks its functions if `mujoco` is installed without its extra `sysid`.
+    """
+    if find_spec("mujoco") is None or not hasattr(import_module("mujoco.sysid"), "optimize"):
+        return METHODS
+    return METHODS | {MUJOCO: mujoco}

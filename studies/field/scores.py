@@ -18,12 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.laws import Laws
+from frictool.documents.laws import Gravity, Laws, Load
+from frictool.documents.quantity import Estimate
 from frictool.identify.fit_result import Interval
 from frictool.identify.force_error import force_error, motion_rows
 from frictool.identify.motion_record import MotionRecord
 
 PLAYED = ("inertia", "viscous", "coulomb", "offset")
+GRAVITY = ("sine", "cosine")  # efforts of gravity, if the bench declares it
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,25 @@ class FieldFit:
     values: dict[str, float]
     intervals: dict[str, Interval]
     laws: Laws | None = None
+
+
+def has_gravity(bench: Bench) -> bool:
+    """Return True if the bench declares gravity."""
+    return bench.load is not None and "gravity" in bench.load.terms
+
+
+def fit_of(intervals: dict[str, Interval]) -> FieldFit:
+    """Return the fit with these intervals of the names in PLAYED and, maybe, GRAVITY."""
+    values = {name: one.value for name, one in intervals.items()}
+    shown = {name: one for name, one in intervals.items() if name in PLAYED}
+    if GRAVITY[0] not in intervals:
+        return FieldFit(values, shown)
+    parts = (
+        Estimate(value=one.value, low=one.low, high=one.high, unit="N m", source="identified")
+        for one in map(intervals.get, GRAVITY)
+        if one is not None
+    )
+    return FieldFit(values, shown, Laws(load=Load(gravity=Gravity(*parts))))
 
 
 Method = Callable[[Sequence[MotionRecord], Bench], "FieldFit | str"]

@@ -109,8 +109,8 @@ def rotation_lines(folder: Path) -> list[str]:
         return []
     logs = {name: [read_log(path, bench) for path in files] for name, files in paths.items()}
     rows: dict[str, Sequence[Sequence[float]] | str] = {
-        "frictool auto, without the trajectory": fitted_errors(logs, bench),
-        "frictool auto, fitted to all five": fitted_errors(logs, bench, unseen=False),
+        "frictool, without the trajectory": fitted_errors(logs, bench),
+        "frictool, fitted to all five": fitted_errors(logs, bench, unseen=False),
         "BAM M6 as published, 15 V": published_errors(logs, folder, STATED_SUPPLY),
         "BAM M6 as published, measured voltage": published_errors(logs, folder, None),
         "BAM M6, 15 V, goal limited to 5.2 rad/s": published_errors(
