@@ -12,9 +12,9 @@ reference are predicted for a time `ahead` [s] after the sample:
 
 c1 and c2 are coefficients of the series (1 + s/w)^3 exp(s ahead) = 1 + c1 s + c2 s^2 + ...
 
-Property: the result is exact for a reference with constant jerk. One count of the reference causes
-an acceleration of about w^2 counts, so that a coarse reference needs a low w. Source of the filter:
-Young, Automatica 17 (1981) 23-39.
+Property: the result is exact for a reference with constant jerk. A reference that changes by one
+count disturbs the predicted acceleration by up to (3 + w ahead) w^2 counts per s^2. A coarse
+reference therefore needs a low w. Source of the filter: Young, Automatica 17 (1981) 23-39.
 """
 
 from __future__ import annotations
