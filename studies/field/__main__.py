@@ -85,6 +85,11 @@ def row(machine: str, score: MethodScore) -> str:
     return f"| {' | '.join(cells)} |"
 
 
+def _first_clause(reason: str) -> str:
+    """Return the reason of a refusal without limits and advice."""
+    return reason.partition(";")[0].partition(" (")[0]
+
+
 def _percent(value: float | None) -> str:
     return "-" if value is None else f"{100.0 * value:.3g} %"
 
@@ -108,7 +113,7 @@ def table(folder: Path) -> list[str]:
             lines.append(row(machine.name, score))
             reasons += [
                 f"- {machine.name}, {score.method}: {reason}"
-                for reason in dict.fromkeys(score.reasons)
+                for reason in dict.fromkeys(_first_clause(one) for one in score.reasons)
             ]
     servos = rotation_lines(folder)
     if not lines:

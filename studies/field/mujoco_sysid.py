@@ -64,6 +64,7 @@ def mujoco_sysid(
     start: values of the parameters [SI] at which the search begins
     """
     mujoco, sysid = (importlib.import_module(name) for name in ("mujoco", "mujoco.sysid"))
+    importlib.import_module("absl.logging").set_verbosity("error")
     windows = _windows(records)
     if not windows:
         return f"no record has {FEWEST} consecutive samples"
