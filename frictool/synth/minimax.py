@@ -6,9 +6,9 @@ controller (structured_controller.py), and minimises the largest norm of all ver
 
 The problem is not convex. The search draws random controllers of the least order that can stabilise
 all vertices, and improves these controllers. The search then adds a pole and an equal zero to the
-best controller and improves this controller again, until the requested order is reached. The added
-pole and zero cancel, so that the norm never rises with the order. The result is an upper bound of
-the optimum.
+best two controllers and improves the result, until the requested order is reached. The added pole
+and zero cancel, so that the norm does not rise with the order. At each order, new random
+controllers are improved, too. The result is an upper bound of the optimum.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ SLOW = 0.1  # share of the bandwidth below which a pole is slow
 def with_integrator(k: Lti, bandwidth: float) -> Lti:
     """Return the controller `k` with its slowest pole moved to s = 0 or z = 1.
 
-    bandwidth: bandwidth of the loop [rad/s]. Raises NoSolutionError if no real pole is slower than
-    a tenth of the bandwidth.
+    bandwidth: bandwidth of the loop [rad/s]. Raises NoSolutionError if the slowest pole is complex
+    or not slower than a tenth of the bandwidth.
     """
     return moved(k, bandwidth, 1.0 if k.period else 0.0)
 

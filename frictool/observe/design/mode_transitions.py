@@ -2,8 +2,9 @@
 
 Mode i > 0 is forward motion in position interval i, mode -i is backward motion in interval i of the
 backward direction, and mode 0 is a stuck axis. From a moving mode, three transitions are allowed:
-to the same mode, to the next interval in the direction of motion, and to mode 0. From mode 0, every
-mode is allowed. A motion that reverses therefore passes mode 0.
+to the same mode, to the next interval in the direction of motion (with `direction`: to any interval
+of this direction), and to mode 0. From mode 0, every mode is allowed. A motion that reverses
+therefore passes mode 0.
 
 If repeated reversals without mode 0 were allowed, the inequalities of the design would have no
 solution (docs/theory/observers.md).

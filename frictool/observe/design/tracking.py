@@ -110,7 +110,7 @@ def spread(model: Model) -> tuple[float, float]:
     """Return the relative uncertainty of the inertia and the uncertainty of dry friction [N m | N].
 
     An uncertainty is half the width of the model's interval. Without an interval, the range over
-    the product's life in bench.yaml is used.
+    the product's life in bench.yaml is used. The first result is at least LEAST_UNSURE.
     """
     known = model.bench.mechanics
     today = model.parameters

@@ -5,11 +5,13 @@ loop gain     K/J, largest and smallest
 braking       (K limit + F)/J         deceleration of the slowest plant
 time          response_time_95_s
 length        longest step of the test
-band          largest error at rest: static_error, but at least one encoder step
+band          largest error at rest: static_error (if missing, STATIC_ERROR times the length), but
+              at least one encoder step
 release       True if the drive may be switched off at rest
 
-T is the sample period, `delay` the delay in samples, `lag` the time constant of the drive, K the
-effort per unit of the drive, J the inertia, F the Coulomb friction.
+T is the sample period, `delay` the delay in samples, `lag` the time constant of the drive, `limit`
+the drive's limit or, if smaller, the specified peak, K the effort per unit of the drive, J the
+inertia, F the Coulomb friction.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ class DesignScales:
     - response, step: specified response time [s], and length of the longest step [rad | m]
     - dead_time: dead time of the loop without the speed filter [s]
     - gain: smallest and largest acceleration per unit of the drive, K/J
-    - braking: deceleration of the slowest plant with the drive at its limit [rad/s^2 | m/s^2]
+    - braking: deceleration of the slowest plant at the largest drive [rad/s^2 | m/s^2]
     - friction: deceleration by Coulomb friction, F/J of the model [rad/s^2 | m/s^2]
     - band: largest position error at rest [rad | m]
     - releases: True if the drive may be switched off at rest (`may_release`)
