@@ -21,6 +21,7 @@ from frictool.identify.estimators.method_comparison import (
     ComparedData,
     PredictionScore,
     best_by_prediction,
+    regression_scores,
 )
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import refit
@@ -253,6 +254,19 @@ def test_logs_too_short_for_halves_compare_the_regressions_on_themselves() -> No
         for fit in fits
     }
     assert 0.9 * score[chosen.method] <= min(score.values())
+
+
+def test_a_half_that_would_predict_with_a_value_of_the_bench_has_no_score() -> None:
+    """Five strokes determine Coulomb friction, but two or three strokes do not."""
+    whole = day("monday").part(slice(0, 10_000))
+    bench, settings = load(EMPS, Bench), IdentificationSettings()
+    fit = replace(run("least-squares", [whole], bench, settings), method="least-squares")
+    assert "coulomb" in fit.parameters
+    halved = [whole.part(slice(0, 5_000))], [whole.part(slice(5_000, 10_000))]
+    data = ComparedData([whole], bench, settings, [fit])
+    for sides, scores in ((halved, 0), (([whole], [whole]), 1)):
+        rows = [motion_rows(side, bench) for side in sides]
+        assert len(regression_scores(sides, rows, data)) == scores
 
 
 def test_output_error_is_checked_if_the_halves_are_too_short_for_a_regression(

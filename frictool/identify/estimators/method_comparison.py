@@ -11,7 +11,7 @@ position error at most a tenth above the smallest is chosen. The order of prefer
 that the decision scheme of `auto` prefers, other regressions, output error. Output error is
 rejected if its interval for a parameter does not contain the estimate of the regression with the
 same load terms. This regression is fitted to all logs, and is available even if the halves of the
-logs are too short for a fit.
+logs are too short for a fit, or do not determine all parameters.
 
 If the fit includes a disturbing effect (`rows/effects.py`), the preferred method is used without a
 comparison, because the effect cannot be simulated. If the logs are too short to be halved, the
@@ -284,8 +284,8 @@ def regression_scores(
     - sides: records of each half of the data
     - rows: slipping samples of each half
 
-    A method has no score if one half of the data cannot be fitted, or if the friction fitted to a
-    half is negative.
+    A method has no score if one half of the data cannot be fitted or does not determine a parameter
+    that all logs determine, or if the friction fitted to a half is negative.
     """
     scores = []
     declared = bench_with_terms(data.bench, terms) if terms else data.bench
@@ -293,6 +293,8 @@ def regression_scores(
         method = fit.method or ""
         try:
             halved = [run(method, side, declared, data.settings) for side in sides]
+            if any(fit.parameters.keys() - half.parameters.keys() for half in halved):
+                continue  # the value of the bench would predict instead of a fitted value
             values = [start_values(half, data.bench) for half in halved]
             if any(one.get(name, 0.0) < 0.0 for one in values for name in POSITIVE):
                 continue
