@@ -11,7 +11,7 @@ POSITIONS = 201  # number of positions at which the stated total is compared wit
 
 
 def valid_total(model: Model) -> TotalLoad | None:
-    """Return `laws.load.total` of the model if it holds for the model's offset and loads.
+    """Return `laws.load.total` of the model if it is valid for the model's offset and loads.
 
     Return None if the travel in the bench goes beyond the positions of the total. Also return None
     if the sum of the model's offset and loads leaves the interval of the total: the user then

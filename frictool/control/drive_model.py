@@ -5,8 +5,8 @@
 
 tau is the time constant of the current loop, T the sample period.
 
-The current is not measured. If the real current loop is slower than tau, or if the supply voltage
-drops, the observer treats the difference in torque as a disturbance.
+The current is not measured. If the real current loop has a longer time constant, or if the supply
+voltage drops, the observer treats the difference in torque as a disturbance.
 """
 
 from __future__ import annotations
