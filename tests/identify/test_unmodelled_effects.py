@@ -107,7 +107,7 @@ def test_an_effect_beyond_the_interval_is_a_warning(
     assert len(result.notes(result.fit.parameters)) == 1
     doubts = result.doubts(result.fit.parameters)
     assert ("coulomb" in doubts) is warned
-    assert all("friction that falls" in text for (text,) in doubts.values())
+    assert all("friction that still falls" in text for (text,) in doubts.values())
 
 
 def coarse_record(step: float, stiffness: float, seed: int) -> MotionRecord:
