@@ -234,8 +234,8 @@ def _fitted_over_position(
     The inertial effort is the same function of the acceleration in both directions; friction
     changes its sign. The fit is therefore repeated with friction over position and, if the
     directions have different laws, with a load over position. With method `auto`, the inertia comes
-    from the weak form if its interval is narrower, or if the repeated fit gives no inertia. If the
-    weak form gives no inertia, either, the inertia is refused.
+    from the weak form if the weak form gives the narrower interval, or if the repeated fit gives no
+    inertia. If the weak form gives no inertia, either, the inertia is refused.
 
     Return two outcomes. The first contains the new inertia, or its refusal. The second contains all
     parameters of the repeated fit; the second is None if the repeated fit gives no inertia, or if

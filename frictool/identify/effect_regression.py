@@ -207,7 +207,7 @@ class EffectRegression:
         return intervals_around(names, solution.value, solution.half_width(self.confidence))
 
     def attenuation(self) -> float:
-        """Return the relative decrease of the fitted inertia by noise of the acceleration."""
+        """Return the relative decrease of the fitted inertia due to noise of the acceleration."""
         left = self.rows.left_by_others(self.used)
         return min(self.rows.noise**2 / left, 1.0) if left > 0.0 else 1.0
 

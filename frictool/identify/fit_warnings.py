@@ -86,7 +86,7 @@ def short_stroke_warnings(fit: SlidingFit, records: Sequence[MotionRecord]) -> l
 
 
 def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
-    """Return a warning if a load explains the ramps as well as friction over position."""
+    """Return a warning if a load explains the ramps no worse than friction over position does."""
     if ramp is None or ramp.load_slope is None:
         return []
     unit = si_unit("stiffness", bench.axis)

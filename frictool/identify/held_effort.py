@@ -1,7 +1,7 @@
 """Detection of a logged effort that changes far less often than it is logged.
 
-If the current was read too rarely, the logged current lags by half of the time between two updates
-on average. This lag falsifies inertia and viscous friction. If the drive has a slow controller,
+If the current was read too rarely, the logged current lags, on average, by half of the time between
+two updates. This lag falsifies inertia and viscous friction. If the drive has a slow controller,
 however, the effort really stays constant between two updates, and the log is valid. Let y be the
 effort that the motion needs, y_held the value of y at the last update, v the velocity and a the
 acceleration:

@@ -12,7 +12,7 @@ hold:
 
 - Both halves of the strokes select nearly the same position.
 - The load with the knot predicts the strokes that cross the knot clearly better than two smooth
-  loads: the loads of the model, and these loads with gravity and a polynomial over the travel. The
+  loads: the loads of the model, and these loads plus gravity and a polynomial over the travel. The
   load with the knot also predicts significantly better than the loads of the model with further
   ripples, although these ripples have more parameters.
 - Jump and bend differ significantly from 0, and noise of the acceleration cannot cause them.

@@ -116,7 +116,7 @@ def _positions(load: Load, bench: Bench) -> Vector | None:
 
 
 def _nodes(efforts: Matrix) -> list[int] | None:
-    """Return the indices of the nodes for the efforts (n, d) of d loads; None if dependent."""
+    """Return node indices for the efforts (n, d) of d loads; None if the loads are dependent."""
     scaled = efforts / np.max(np.abs(efforts), axis=0)
     _, triangle, order = scipy.linalg.qr(scaled.T, pivoting=True, mode="economic")
     size = np.abs(np.diag(triangle))

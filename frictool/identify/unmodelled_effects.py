@@ -324,7 +324,7 @@ def _of_resonance(
 def _of_noise(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> list[AcceptedEffects]:
-    """Return the change of the inertia by doubled windows, without the part due to chance."""
+    """Return the change of the inertia by windows twice as long, without the part due to chance."""
     fitted = fit.parameters.get("inertia")
     smoother = effect_regression(fit, records, bench, confidence, SMOOTHER, hides=False)
     after = None if smoother is None else smoother.intervals().get("inertia")

@@ -112,7 +112,7 @@ def winding_delay(
     records: Sequence[MotionRecord],
     bench: Bench,
 ) -> WindingDelay | None:
-    """Return the increase of the inertia by the winding of a voltage drive.
+    """Return the increase of the inertia due to the winding of a voltage drive.
 
     `viscous` is the viscous friction of the fit. Return None without a voltage drive, if the model
     lacks the inertia, if neither the model contains a delay nor the records contain a lag, or if

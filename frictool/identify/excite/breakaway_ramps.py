@@ -1,8 +1,8 @@
 """Breakaway ramps in both directions over the travel (thesis, figure 4.6).
 
 The drive signal rises from zero until the axis moves; then the signal returns to zero and rises
-again. Each ramp is a segment of the sequence: a pause at zero, then the rise to the largest
-breakaway. The test controller goes on to
+again. Each ramp is a segment of the sequence: a pause at zero, then the rise to 1.1 times the
+largest breakaway. The test controller goes on to
 
 - the next segment, as soon as the encoder has moved by `advance_on` since the segment began;
 - the first segment of the other direction, as soon as the position passes `low` or `high`.

@@ -215,7 +215,7 @@ def _fitted(columns: Matrix, values: Vector) -> Vector:
 
 
 def _derivatives(time: Vector, columns: Matrix, values: Vector) -> Matrix:
-    """Return the derivatives (n, 6) of x(t) (module docstring) by c, d, p, q, w and s."""
+    """Return the derivatives (n, 6) of x(t) (module docstring) with respect to c, d, p, q, w, s."""
     cosine, sine = columns[:, 2], columns[:, 3]
     by_rate = time * (values[3] * cosine - values[2] * sine)
     by_decay = -time * (values[2] * cosine + values[3] * sine)

@@ -148,7 +148,7 @@ class OtherCauses:
     top_speed: float
 
     def loads(self, motion: SmoothedMotion) -> list[Vector]:
-        """Return the regressors (n,) of the loads in bench.yaml; if none, of all but ripples."""
+        """Return the regressors (n,) of the bench's loads; without any, all loads but ripples."""
         terms = possible(self.bench)
         columns = load_columns(motion, bench_with_terms(self.bench, terms))
         return [columns[name] for term in terms for name in TERMS[term]]

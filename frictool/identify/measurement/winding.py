@@ -200,7 +200,7 @@ def _decay(piece: _Piece, lag: float) -> float:
 
 
 def _lagged(mean: Vector, decay: float) -> Vector:
-    """Return the response (n + 1,) of a first-order lag to the mean inputs (n,) of the periods."""
+    """Return the response (n + 1,) of a first-order lag to the mean input (n,) of each period."""
     return np.concatenate(([0.0], scipy.signal.lfilter([1.0 - decay], [1.0, -decay], mean)))
 
 
@@ -295,7 +295,7 @@ class _CurrentModel:
         return nonlinear(z)
 
     def derivatives(self, value: Vector, nonlinear: _NonlinearParameters) -> Matrix:
-        """Return the derivatives (m, 6) of the current by R, K, L, delay, offset and drop."""
+        """Return the Jacobian (m, 6) of the current: R, K, L, delay, offset, voltage drop."""
         lag, delay, drop = nonlinear
         resistance = 1.0 / value[0]
         constant = -value[1] * resistance
