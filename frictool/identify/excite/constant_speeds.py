@@ -1,10 +1,10 @@
 """Runs at constant speeds in both directions, for friction over speed (`stribeck-curve`).
 
 A run is a motion in one direction from rest to rest. Its speed rises and falls as a raised cosine
-and is constant in between. The spare effort (`half_sines.spare_effort`) is the part of the largest
-effort that dry friction and load do not need. Half of the spare effort accelerates the axis, and
-half overcomes viscous friction at the top speed. In the fastest run, acceleration and deceleration
-together take half of the travel.
+and is constant in between. The spare effort (`half_sines.spare_effort`) is 90 % of the largest
+effort minus dry friction and load. Half of the spare effort accelerates the axis, and at most half
+overcomes viscous friction. Acceleration and deceleration of a run together take at most half of the
+travel.
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ Then the search classifies the motion around each long step:
     at rest     the axis rests, or its motion is smaller than the noise
 
 The motion before the step is the sum of the last n steps, and the motion after the step is the sum
-of the next n steps. n is the smallest of 2, 8, 32 and 128 for which both sums exceed noise and one
-count.
+of the next n steps. n is the smallest of 2, 8, 32 and 128 for which both sums clearly exceed noise
+and one count.
 
 Noise at the end of the period causes several long steps of alternating signs. If the number of
 these steps is odd, the first step counts as the wrap. If the number is even, there is no wrap.
