@@ -1,6 +1,6 @@
 """Offset and drift between the clocks of two instruments.
 
-    both clocks stamp the same messages   received time = sent time + offset + drift + delay; the
+    both clocks stamp the same messages   received time = sent time + offset + drift t + delay; the
                                           delay is never negative. The closest line below all points
                                           gives offset and drift. This line is an edge of the lower
                                           convex hull of the points.
