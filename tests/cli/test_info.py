@@ -87,7 +87,7 @@ def test_the_kind_that_was_given_is_believed(tmp_path: Path):
     path = saved(tmp_path, {"log": {"test": "ramp"}}, position=np.sin(np.arange(3000) / 300.0))
     assert facts(path)["test"] == {"kind": "ramp", "given": True}
     assert (
-        "test: ramp (stated in the log): the effort grows from rest until the axis moves"
+        "test: ramp (stated in the log): the effort repeatedly grows from rest until the axis moves"
         in run("info", path).stdout
     )
 

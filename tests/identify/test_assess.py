@@ -156,7 +156,7 @@ def test_a_worst_case_is_said_to_be_one_beside_what_averaging_gives(tmp_path: Pa
         (why,) = (
             line
             for line in result.stdout.splitlines()
-            if line.startswith(f"{name}: one encoder count")
+            if line.startswith(f"{name}: encoder counts change")
         )
         assert re.search(
             r"differences of samples by up to [\d.e+]+ %; .*windows of \d+ "

@@ -151,7 +151,10 @@ def test_a_temperature_that_cannot_be_taken_out_is_a_warning(tmp_path: Path) -> 
     (extrapolated,) = observed(
         tmp_path, axis, msgspec.structs.replace(model, laws=Laws(temperature=narrow)), True
     )
-    assert "exceed the 30 to 60 degC of the model's logs: friction is extrapolated" in extrapolated
+    assert (
+        "are not within the 30 to 60 degC of the model's logs: friction is extrapolated"
+        in extrapolated
+    )
     (unknown,) = observed(tmp_path, axis, msgspec.structs.replace(model, laws=None), True)
     assert unknown.startswith("the model's friction does not depend on temperature")
     assert all(len(text) <= 200 for text in (missing, extrapolated, unknown))

@@ -59,9 +59,8 @@ class SignCheck:
         names = " or ".join(self.reversed)
         if self.work is not None and self.work <= -CLEAR:
             finding = (
-                "the effort takes energy from the axis (net work "
-                f"{100 * self.work:.0f} % of sum |F dx|): another force moves the axis, "
-                f"or the sign of {names} is reversed"
+                f"the effort takes energy from the axis (work {100 * self.work:.0f} % of sum "
+                f"|F dx|): another force moves it, or the sign of {names} is reversed"
             )
         else:
             finding = (

@@ -104,7 +104,7 @@ WRONG = [
     (DRIVE, DRIVE.replace("unit: A}", "unit: V}"), "sources.drive.limit.unit", ["V; allowed: A",
      "drive is current"]),
     (SENSOR, SENSOR.replace("on: motor", "on: cart"), "sensors.encoder.counts_per_revolution",
-     ["cart, which slides", "step"]),
+     ["cart slides, without revolutions", "step"]),
     (STOPS, STOPS.replace("-5, unit: mm", "-5, unit: deg"), "links.ends.low.unit",
      ["rad; allowed: m"]),
     (CART, CART.replace("}}", "}, start: {value: 1, unit: rad}}"), "blocks.cart.start.unit",
