@@ -161,10 +161,10 @@ class _Search:
     def first_found(self, searches: Sequence[CandidateSearch]) -> AutomaticDesign:
         """Run the searches in their order until a design passes; return the outcomes.
 
-        If no design passes, but the smallest violation is at most CONTINUABLE and the response time
-        has a limit, the family of the candidate with this violation is searched again
-        (`continued`). If this search fails, too, the candidates with the smallest violations are
-        simulated with all plants.
+        Each search varies the parameters of one family (`CandidateFamily`). If no design passes,
+        `continued` searches the family of the best candidate again. Conditions: the violation of
+        this candidate is at most CONTINUABLE, and the response time has a limit. If no design
+        passes then, the candidates with the smallest violations are simulated with all plants.
         """
         outcomes = []
         for one in searches:

@@ -204,7 +204,10 @@ def campaign(
 def findings_of(
     trial: TrialPlayer, trials: Trials, worst: Sequence[WorstCase], request: CampaignRequest
 ) -> Findings:
-    """Return the statistics of the trials, with warnings and reasons why the axis may differ."""
+    """Return the statistics of the trials, the warnings, and a reason to doubt the statistics.
+
+    The reason states why the axis may fail although the trials pass (`doubt_of`).
+    """
     return find(
         trials,
         request.method,

@@ -58,9 +58,12 @@ def visit_conditions(program: Program) -> dict[str, VisitCondition]:
     if program.guard is not None:
         guard = program.guard
         conditions["invalid"] = VisitCondition(
-            guard.left_now.index, guard.hold.value, True, "with an invalid input or in the fault"
+            guard.left_now.index,
+            guard.hold.value,
+            True,
+            "with an invalid input, or in the fault state",
         )
-        conditions["fault"] = VisitCondition(guard.fault.index, 1.0, False, "in the fault")
+        conditions["fault"] = VisitCondition(guard.fault.index, 1.0, False, "in the fault state")
     conditions["limited"] = VisitCondition(indices["met"], 0.0, True, "with the drive limited")
     if "drive_high" in indices:
         limit = program.nodes[indices["drive_limit"]].value

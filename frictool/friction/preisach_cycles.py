@@ -51,8 +51,8 @@ def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     saturation = table[-1, 0]
     if saturation <= 0.0:
         raise ValueError(
-            f"the force of the largest cycle falls by {2 * saturation:g} from its first to its "
-            "last position; allowed: above 0"
+            "in the largest cycle, the force must fall from the first to the last position; found: "
+            f"{branches[-1][1][0]:g} first, {branches[-1][1][-1]:g} last"
         )
     normal: Vector = (table / saturation).ravel()
     return normal

@@ -98,7 +98,7 @@ def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
 
 
 def asymmetry_warnings(ramp: Breakaway | None, fit: SlidingFit | None, bench: Bench) -> list[str]:
-    """Return a warning if the breakaway differs between directions, unlike friction in slip.
+    """Return a warning if the breakaway differs between directions, but friction in slip does not.
 
     An offset that differs between the logs of ramps and of sliding has the same effect.
     """

@@ -191,8 +191,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "sines",
-        "mean effort against mean speed in the middle of each stroke, with knees of friction over "
-        "speed",
+        "fit of mean effort over mean speed in the middle of each stroke; the curve may have knees",
         "any encoder, strokes at several speeds; friction only, with the bench's inertia",
         velocity=True,
         known_inertia=True,

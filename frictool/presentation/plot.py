@@ -80,7 +80,7 @@ class Mark:
     def as_json(self, height: float, is_log: bool) -> dict[str, Any]:
         """Return the mark in the form that explore.js reads.
 
-        - height: length of the ordinate's range
+        - height: range of ordinates that the panel shows, in the unit of the ordinates
         - is_log: True if the abscissa is logarithmic
         """
         data = self.detail or (self.x, self.y)

@@ -42,8 +42,8 @@ def straightened(data: tuple[Vector, Vector], height: float) -> tuple[Vector, Ve
     """Return a curve without the samples whose omission is invisible in a panel of this height.
 
     `data`: abscissas and ordinates (n,); all samples are kept if the abscissas are not increasing.
-    `height`: length of the ordinate's range; with 0, only samples on exactly straight lines are
-    omitted.
+    `height`: range of ordinates that the panel shows, in the unit of the ordinates; with 0, only
+    samples on exactly straight lines are omitted.
     """
     if not np.all(np.diff(data[0]) >= 0.0):
         return data

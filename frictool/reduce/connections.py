@@ -166,8 +166,8 @@ def _agrees(link: Connection, motions: dict[int, BlockMotion], names: Sequence[s
     expected = link.ratio * motions[link.a].ratio
     if not np.isclose(there, expected, rtol=SAME, atol=0.0):
         raise NoSolutionError(
-            f"links.{link.name}: {names[link.b]} moves {expected:.6g} times as far as the source "
-            f"through {names[link.a]}, but {there:.6g} times through "
-            f"{', '.join(one.name for one in motions[link.b].by) or 'itself'}; a one-inertia model "
-            "has one motion"
+            f"links.{link.name}: paths from the source to {names[link.b]} have different "
+            f"ratios: {expected:.6g} through {names[link.a]}, {there:.6g} through "
+            f"{', '.join(one.name for one in motions[link.b].by) or 'no link'}; a one-inertia "
+            "model needs one ratio"
         )

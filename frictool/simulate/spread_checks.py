@@ -110,7 +110,8 @@ def _check_ends(
                 refuse(
                     names.scenario,
                     f"spread.parameters.{parameter}.{end}",
-                    f"{problem}; allowed: at least 0, as for {plant.ranges()[least[0]].label}",
+                    f"{problem}; allowed: at least 0, because its lower limit is proportional to "
+                    f"{plant.ranges()[least[0]].label}",
                 )
             values = {parameter: Quantity(value=value, unit=span.unit)}
             one = msgspec.structs.replace(

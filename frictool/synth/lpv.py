@@ -38,7 +38,7 @@ def bound(problem: SynthesisProblem) -> float:
 
 
 def lpv(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the candidate: the controllers of the plant `frozen_at` and of the vertices.
+    """Return the candidate: a controller for the plant `frozen_at`, and one for each vertex.
 
     Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
     the gamma of the inequalities.

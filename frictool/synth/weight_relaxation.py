@@ -183,7 +183,7 @@ class _TradeSearch:
         else:
             self.curve[effort] = bracket.low, bracket.kept
             self.progress(
-                f"W3 {drive:.3g}: gamma {self.required:g} with W1 up to "
+                f"W3 {drive:.3g}: the largest W1 with gamma <= {self.required:g} is "
                 f"{bracket.kept.disturbance:.3g}"
             )
 

@@ -408,7 +408,7 @@ def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
             Spread(parameters={"breakaway": Span(-0.01, 0.3, "N m")}),
             (
                 "spread.parameters.breakaway.low: found -0.01 N m, below 0; allowed: at least 0, "
-                "as for Coulomb friction",
+                "because its lower limit is proportional to Coulomb friction",
             ),
         ),
         (

@@ -195,8 +195,8 @@ def test_a_differential_is_refused_with_both_ratios(tmp_path: Path) -> None:
     refused(
         run("reduce", path, "--bandwidth", "100"),
         4,
-        "links.bypass: shaft moves 1 times as far as the source through motor, but "
-        "-0.2 times through gear",
+        "links.bypass: paths from the source to shaft have different ratios: 1 through motor, "
+        "-0.2 through gear",
     )
 
 

@@ -70,7 +70,7 @@ class ZeroedTable(DerivedTable):
 
 
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
-    """Return the table with the zero offsets of columns with `zero_first_samples` subtracted.
+    """Subtract the zero offset from each column with `zero_first_samples`; return the table.
 
     A column that may be in the damaged part of the file is not changed; `bind` reports such a
     column.

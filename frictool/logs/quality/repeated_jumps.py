@@ -172,7 +172,7 @@ class RepeatedJumps:
         )
 
     def between(self, low: float, high: float) -> RepeatedJump | None:
-        """Return the jumps from one end of a period to the other; the motion is not tested.
+        """Return the jumps from one end of a period to the other, whatever the motion around them.
 
         low, high: ends of the period in rad or m.
 
