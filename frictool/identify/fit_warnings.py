@@ -111,9 +111,9 @@ def asymmetry_warnings(ramp: Breakaway | None, fit: SlidingFit | None, bench: Be
     unit = si_unit("effort", bench.axis)
     half = 0.5 * abs(law.forward.value - law.backward.value)
     return [
-        f"breakaway: forward {law.forward.value:.3g}, backward {law.backward.value:.3g} {unit}; or "
-        f"the offset of the ramps differs by {half:.2g} {unit} from that of the strokes: record "
-        "both without a restart"
+        f"breakaway: forward {law.forward.value:.3g}, backward {law.backward.value:.3g} {unit}: "
+        f"friction differs, or the offset differs by {half:.2g} {unit} between ramps and strokes; "
+        "log both without restart"
     ]
 
 
@@ -129,9 +129,8 @@ def rejected_onset_warnings(ramp: Breakaway | None) -> list[str]:
         )
     if ramp.after_reversals:
         warnings.append(
-            f"breakaway: {ramp.after_reversals} onsets are left out: after a reversal, the effort "
-            "is far lower than later in the same direction; look for backlash, and state "
-            "mechanics.backlash"
+            f"breakaway: {ramp.after_reversals} onsets directly after reversals are left out: they "
+            "need far less effort than later ones; if there is backlash, state mechanics.backlash"
         )
     return warnings
 
@@ -143,9 +142,9 @@ def reversal_notes(ramp: Breakaway | None, bench: Bench) -> tuple[str, ...]:
     if 2 * ramp.reversed_onsets <= ramp.onsets:
         return ()
     return (
-        f"{ramp.reversed_onsets} of {ramp.onsets} breakaways directly follow a reversal: in a "
-        "backlash, they show the motor without its load; ramp several times in each direction, or "
-        "state mechanics.backlash",
+        f"{ramp.reversed_onsets} of {ramp.onsets} breakaways directly follow a reversal; with "
+        "backlash, these show only the motor: ramp several times in each direction, or state "
+        "mechanics.backlash",
     )
 
 

@@ -35,8 +35,8 @@ def hidden_effects(regression: EffectRegression, bench: Bench) -> list[AcceptedE
 
     The tried effects are a spring, and a viscous friction that differs between the directions. An
     effect is left out if the model includes it, or if the rows do not determine it. The spring is
-    left out if the bench declares the loads. The result is empty if the residuals of one stroke
-    that are LASTING smoothing windows apart are not correlated.
+    left out if the bench declares the loads. The result is empty if the residuals are not
+    correlated over a distance of LASTING smoothing windows within a stroke.
     """
     rows = regression.rows
     residual = rows.residual(regression.used)

@@ -93,8 +93,8 @@ CERTAIN = 1e-4  # largest p-value of an effect that is reported
 SERIES = (DELAY, "resonance")  # effects that the fit approximates to first order
 NOTABLE_SPRING = 1.5  # least factor by which a reported spring widens the interval of the inertia
 SPRING_NOTE = (
-    "this motion cannot separate a spring from the inertia, whose interval becomes {:.2g} times "
-    "as wide; test at other frequencies, or declare load.terms: [offset] if the axis has no load"
+    "the interval of the inertia is {:.2g} times as wide, since this motion cannot exclude a "
+    "spring; test at other frequencies, or declare load.terms: [offset] if no load acts on the axis"
 )
 NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 

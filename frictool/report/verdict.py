@@ -132,8 +132,8 @@ def _doubt(
 
     - Positions leave the side of the travel on which the model is valid.
     - The logs of the model show a lag that the bench lacks, and that the loop does not tolerate.
-    - The axis rings after it stops. This reason is left out with a controller and a modulus margin
-      in the specification: the requirement `modulus_margin` then states it.
+    - The axis rings after it stops. If there is a controller, and the specification has a modulus
+      margin, the requirement `modulus_margin` states this reason instead.
     """
     for log in request.logs:
         if left := _left_side(request.spec, log):

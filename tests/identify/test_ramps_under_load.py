@@ -143,7 +143,7 @@ def test_an_offset_that_changes_between_the_logs_is_no_friction_by_direction() -
     assert found.ramp is not None
     assert found.ramp.by_position is not None
     assert not found.ramp.by_position.common
-    (doubt,) = (one for one in found.warnings if "the offset of the ramps differs by" in one)
+    (doubt,) = (one for one in found.warnings if "or the offset differs by" in one)
     assert doubt == found.doubts["breakaway"]
     assert len(doubt) <= LONGEST
 

@@ -398,8 +398,8 @@ def _inside_backlash(onsets: Sequence[BreakawayOnset]) -> list[BreakawayOnset]:
     Inside a backlash, and in presliding, the motor moves without the load. The next onset in the
     same direction is near in position and time. The rise of the effort between the two is compared
     with the changes of the effort between successive later onsets in one direction. The rise must
-    be larger than all of these changes, and so large that chance alone causes it with a probability
-    of at most BY_CHANCE.
+    be larger than all of these changes. The probability of such a rise by chance must be at most
+    BY_CHANCE.
     """
     pairs = [
         (one, after)

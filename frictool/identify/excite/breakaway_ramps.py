@@ -125,6 +125,13 @@ def never_at_rest(bench: Bench) -> str | None:
     )
 
 
+def refuse_moving_load(bench: Bench) -> None:
+    """Raise NoSolutionError if no ramps are possible (`never_at_rest`)."""
+    impossible = never_at_rest(bench)
+    if impossible is not None:
+        raise NoSolutionError(impossible)
+
+
 def returning_ramps(bench: Bench) -> str | None:
     """Return a warning if a load may move the axis back between the ramps, else None.
 
@@ -172,9 +179,7 @@ def breakaway_ramps(
     Raises NoSolutionError if a limit is exceeded, or if the sequence has more than MOST_SAMPLES
     samples; the message names the limit.
     """
-    impossible = never_at_rest(bench)
-    if impossible is not None:
-        raise NoSolutionError(impossible)
+    refuse_moving_load(bench)
     needed = _needed_drive(bench, limits)
     top = top or _default_top(bench, limits)
     unit = "A" if limits.drive == "current" else "V"

@@ -28,8 +28,8 @@ from frictool.identify.excite.breakaway_ramps import (
     breakaway_ramps,
     breakaway_range,
     effort_rate,
-    never_at_rest,
     ramp_duration,
+    refuse_moving_load,
 )
 from frictool.identify.excite.excitation_sequence import ExcitationSequence, check_samples
 from frictool.identify.excite.precise_strokes import QUANTILE, PreciseTest, PrecisionRequest
@@ -62,9 +62,7 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     NoSolutionError
         If the precision needs more time than allowed, or if the ramps exceed a limit of the bench.
     """
-    impossible = never_at_rest(bench)
-    if impossible is not None:
-        raise NoSolutionError(impossible)
+    refuse_moving_load(bench)
     if request.duration is not None:
         check_samples(request.duration, bench.sample_period_s)
     design = _RampDesign(bench, request, effort_rate(bench) * RATES)

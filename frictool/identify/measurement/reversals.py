@@ -485,8 +485,9 @@ def _width(regression: ReversalRegression, widest: float, axis: Axis) -> float:
         hidden = regression.largest_hidden(widest)
         unit = si_unit("position", axis)
         raise UnusableLogs(
-            f"friction does not rise after reversals; a backlash of up to {hidden:.3g} {unit}, in "
-            "which friction falls by a quarter, would not show; record slow reversals"
+            "friction does not rise after reversals; a backlash of up to "
+            f"{hidden:.3g} {unit} can stay hidden, if friction in it is lower by a quarter; record "
+            "slow reversals"
             if hidden
             else "friction does not rise after reversals: no sign of backlash"
         )
