@@ -30,8 +30,9 @@ from tests.support.identification_statistics import covered, experiment
 
 
 def test_differentiation_gives_all_but_inertia() -> None:
+    coarse = TRUTH._replace(encoder_step=16.0 * TRUTH.encoder_step)
     result = identify_records(
-        [record(sines(1), name="a"), record(ramp(1), name="b")],
+        [record(sines(1, coarse), coarse, name="a"), record(ramp(1), name="b")],
         [],
         clutch(),
         "least-squares",

@@ -14,8 +14,9 @@ steps fit the sliding parameters together with these loads and effects.
 4. The preferred method is compared with the other method of steps 2 and 3 and with output error:
    each method predicts strokes that its fit did not use (`method_comparison`). The preferred method
    is used if its prediction error is at most a tenth larger than the smallest one.
-5. If these steps do not identify the inertia, the weak form estimates the inertia if `assess`
-   proposes this method. Otherwise, output error estimates the inertia.
+5. If `assess` proposes the weak form for the inertia, the weak form estimates the inertia, unless
+   the interval by the above steps, with the effect of the encoder's noise, is narrower. If no step
+   gives an inertia with a finite interval, output error estimates the inertia.
 
 If the bench declares no loads, the Stribeck curve is fitted to the parts at constant speed
 (`stribeck_curve`) in two cases: if these parts are more than 70 % of the motion, or if the above
@@ -97,7 +98,9 @@ def _of_strokes(
     load, explanations = search_explanations(records, bench, settings)
     explained = bench if load is None else msgspec.structs.replace(bench, load=load)
     fit = _suitable(records, explained, settings)
-    if "inertia" in fit.refused and not measured:
+    inertia = fit.parameters.get("inertia")
+    unknown = "inertia" in fit.refused if inertia is None else not np.isfinite(inertia.half_width)
+    if unknown and not measured:
         fit = _with_simulated_inertia(fit, records, explained, settings)
     return replace(fit, load=load, explanations=explanations)
 
@@ -162,7 +165,11 @@ def _suitable(
         except UnusableLogs:
             pass  # not enough strokes or speeds: least squares average over windows instead
     fit = _differentiated(records, bench, settings, droppable)
-    if weak is None or "inertia" in fit.parameters:
+    own = fit.parameters.get("inertia")
+    if weak is None or (
+        own is not None
+        and own.half_width + fit.attenuation * own.value <= weak.parameters["inertia"].half_width
+    ):
         return fit
     friction_fit = _at_inertia(fit, weak.parameters["inertia"], records, bench, settings)
     return joined(friction_fit, weak, WEAK_FORM, inertia.why)
@@ -277,13 +284,14 @@ def inertia_over_position(
 def joined(fit: SlidingFit, other: SlidingFit, method: str, why: str) -> SlidingFit:
     """Return `fit` with the inertia of `other`, a fit by `method`; `why` is the reason as text."""
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
-    parameters = {"inertia": other.parameters["inertia"], **fit.parameters}
+    inertia = {"inertia": other.parameters["inertia"]}
     details = {name: other.details[name] for name in WEAK_DETAILS if name in other.details}
     shape = f"; {other.why}" if other.why else ""
     return replace(
         fit,
-        parameters=parameters,
+        parameters=inertia | fit.parameters | inertia,
         refused=refused,
+        attenuation=other.attenuation,
         details={**fit.details, **details},
         why=f"{fit.why}. inertia by {method}: {why}{shape}",
     )

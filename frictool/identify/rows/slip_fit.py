@@ -6,10 +6,12 @@ inertia hardly widens the other intervals.
 
 Noise makes the fitted inertia too small. If all strokes have the same speed, only the samples near
 reversals separate viscous from Coulomb friction. The error of the inertia then shifts viscous and
-Coulomb friction. The intervals of the other parameters therefore include the values fitted with
-every inertia between the fitted inertia and the inertia without this error (`_unattenuated`). If
-noise may hide the inertia completely (`hidden_by_noise`), the other parameters are fitted with the
-inertia in bench.yaml, and their intervals include the range of this inertia.
+Coulomb friction. If rounding errors with the worst signs would hide the inertia, the intervals of
+the other parameters therefore include the values fitted with the inertia without this error
+(`_unattenuated`), and the decrease of the inertia is computed by rounding the smoothed motion again
+(`repeated_rounding`). If noise may hide the inertia completely (`hidden_by_noise`), the other
+parameters are fitted with the inertia in bench.yaml, and their intervals include the range of this
+inertia.
 
 The smoothing window is chosen twice. The first window is so long that noise hardly changes the
 fitted inertia. The second is the shortest window with which noise decreases the fitted inertia by
@@ -42,6 +44,7 @@ from frictool.identify.rows.regression_samples import (
     with_fixed,
     without_loads,
 )
+from frictool.identify.rows.repeated_rounding import UsedRows, inertia_change
 from frictool.identify.rows.slip_mask import keep_rows, slip_mask
 from frictool.identify.rows.smoothing import (
     acceleration_response,
@@ -102,37 +105,40 @@ def slipping_fit(
     If the encoder is too coarse for the inertia, the inertia is reported as not identified. Raises
     UnusableLogs if no slip is as long as a smoothing window.
     """
-    samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
+    share = SMALLEST_SHARE
+    samples, used = slipping(records, bench, share, settings.window)
     result = fitting(with_fixed(samples, settings.fixed), used)
-    share = _bearable_share(result, settings.confidence) * _unexplained_share(samples)
-    if (
-        settings.window is None
-        and share > SMALLEST_SHARE
-        and shortest_window(records, share) < used
-    ):
+    bearable = _bearable_share(result, settings.confidence) * _unexplained_share(samples)
+    if settings.window is None and bearable > share and shortest_window(records, bearable) < used:
+        share = bearable
         del samples  # frees the memory of a long log before the next samples are computed
         samples, used = slipping(records, bench, share, None)
         result = fitting(with_fixed(samples, settings.fixed), used)
-    response = acceleration_response(records[0], used)
-    sample_share = _unexplained_share(samples)
-    unexplained = samples.unexplained_acceleration
     attenuation = _attenuation(result, with_fixed(samples, settings.fixed))
     if attenuation > _bearable_share(result, settings.confidence) ** 2:
         result = replace(result, attenuation=attenuation)
+    response = acceleration_response(records[0], used)
+    unexplained = samples.unexplained_acceleration
     checked = refuse_hidden_inertia(
         result, records[0], bench, response, unexplained, f"over {used} samples"
     )
-    if "inertia" in result.parameters and "inertia" not in checked.parameters:
+    inertia = result.parameters.get("inertia")
+    if inertia is not None and "inertia" not in checked.parameters:
         noise = measurement_noise(records[0]) * float(np.linalg.norm(response))
-        loaded = sample_share < 1.0
-        if loaded or hidden_by_noise(noise, unexplained, bench):
+        measured = records[0].velocity is not None
+        if measured or inertia.value <= 0.0 or hidden_by_noise(noise, unexplained, bench):
             fixed = {**settings.fixed, "inertia": known_inertia(bench)}
+            loaded = _unexplained_share(samples) < 1.0
             known = fitting(with_fixed(samples, fixed), used)
             reason = checked.refused["inertia"] + (f"; {WITH_BENCH_INERTIA}" if loaded else "")
             checked = replace(known, refused={**known.refused, "inertia": reason})
         else:
             fixed = {**settings.fixed, "inertia": _unattenuated(result, unexplained, noise, bench)}
-            checked = _widened_to(checked, fitting(with_fixed(samples, fixed), used))
+            wider = _widened_to(result, fitting(with_fixed(samples, fixed), used))
+            parts = _used_rows(records, bench, share, settings.window)
+            rounding = inertia_change(result, samples, parts) / inertia.value
+            lost = max(result.attenuation, (noise / unexplained) ** 2, rounding)
+            checked = replace(wider, attenuation=lost)
     return with_temperature_law(with_laws(checked, bench), records)
 
 
@@ -259,6 +265,21 @@ def slipping(
             f"no slip{backlash} lasts a whole smoothing window; record longer strokes"
         )
     return joined(parts), max(windows)
+
+
+def _used_rows(
+    records: list[MotionRecord], bench: Bench, share: float, window: int | None
+) -> list[UsedRows]:
+    """Return the rows of `slipping` with the same arguments."""
+    parts = []
+    for record in records:
+        length = stroke_samples(record)
+        if length > 0.0:
+            used = window or choose_window(record, length, share)
+            velocity = smoothed(record, used)[1]
+            mask = slipping_mask(record, find_strokes(record), bench, velocity, used, 1)
+            parts.append(UsedRows(record, used, mask))
+    return parts
 
 
 def full_backlash(bench: Bench) -> float:
