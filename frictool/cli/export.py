@@ -186,8 +186,8 @@ def _refuse_same(output: Path, into: Path) -> None:
     for target in (output, output / into.name):
         if into.exists() and target.exists() and target.samefile(into):
             raise OutputError(
-                f"{target}: is the file of --into; give another folder, or --in-place without "
-                "--output to change this file"
+                f"{target}: --output would overwrite the file given with --into; choose another "
+                "folder, or use --in-place instead of --output to change the file itself"
             )
 
 

@@ -459,7 +459,10 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
                 "`drive: voltage`, not allowed with `drive: effort`"
             )
         if self.effort is not None and self.drive != "effort":
-            raise ValueError("`effort` (a constant effort) belongs to `drive: effort`")
+            raise ValueError(
+                "the key `effort` is allowed with `drive: effort` only; "
+                f"found `drive: {self.drive}`"
+            )
         if self.winding is not None and self.drive != "current":
             raise ValueError("`winding` is for `drive: current`; a voltage is limited by `limit`")
 

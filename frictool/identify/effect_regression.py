@@ -610,7 +610,7 @@ def unlikely_change(one: Interval, other: Interval) -> float:
 
 
 def inertia_of_other_method(fit: SlidingFit) -> bool:
-    """Return whether the inertia comes from the weak form or from means over strokes."""
+    """Return True if the inertia comes from one of two methods: weak form or means over strokes."""
     return fit.method == STROKE_MEANS or "position_order" in fit.details
 
 

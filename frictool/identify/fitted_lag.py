@@ -155,8 +155,11 @@ def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Es
 def lag_is_known(records: Sequence[MotionRecord], bench: Bench) -> bool:
     """Return whether the lag of the position need not be fitted.
 
-    The result is True if the bench states the lag, if the effort of a record is filtered by a lag
-    of the sensor, or if a record contains a measured velocity.
+    The result is True in three cases:
+
+    - The bench states the lag of the position sensor.
+    - The effort of a record was already filtered by this lag (`sensed`).
+    - A record contains a measured velocity.
     """
     included = any(one.sensor_lag > 0.0 or one.velocity is not None for one in records)
     return included or bench.encoder.time_constant_s is not None

@@ -97,8 +97,8 @@ class LoadKink:
     - jump: change of the effort at the knot, N m | N; 0 if only the stiffness changes
     - bend: change of the stiffness at the knot, N m/rad | N/m
     - above: True if most samples lie at positions above the knot
-    - squares: squared prediction error of a stroke divided by the squared error with the best
-      smooth load, as geometric mean over the strokes
+    - squares: (squared prediction error with the kink)/(squared error with the best smooth load),
+      geometric mean over the strokes
     """
 
     position: float
@@ -142,8 +142,8 @@ class LoadKink:
     def warning(self, bench: Bench) -> str:
         """Return the warning that names the kink and its possible causes."""
         return (
-            f"{self.shown(bench)} (spring preload, limp-home or end stop?); log the other side on "
-            "its own"
+            f"{self.shown(bench)} (spring preload, limp-home spring or end stop?); log the motion "
+            "on the other side of it separately"
         )
 
 

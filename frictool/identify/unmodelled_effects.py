@@ -259,7 +259,7 @@ def _with_shifts(
 ) -> dict[str, Interval]:
     """Widen the intervals of `parameters` to contain the shifted intervals of `fit`.
 
-    Each effect shifts the intervals of `fit`.
+    Each of the `effects` shifts the intervals of `fit` separately; the shifts are not added.
     """
     out = dict(parameters)
     for one in effects:

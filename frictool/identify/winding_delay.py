@@ -159,7 +159,7 @@ def _of_current(
     least = constant.value * back_emf.low * inductance.low / resistance.high
     most = constant.value * back_emf.high * inductance.high / resistance.low
     if least > possible.high:
-        return WindingDelay(possible, undecided="gives a longer L/R than the delay of the effort")
+        return WindingDelay(possible, undecided="shows an L/R that exceeds the delay of the effort")
     value = min(constant.value * back_emf.value * lag, possible.high)
     return WindingDelay(possible, Interval(value, least, min(most, possible.high)), lag)
 

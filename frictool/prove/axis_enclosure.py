@@ -189,8 +189,8 @@ def _broken_away(
 ) -> tuple[AxisSet, float]:
     """Return the set of states just after a breakaway, and the latest time [s] of the breakaway.
 
-    The drive tends to the command monotonically, so that the effort exceeds the threshold from the
-    breakaway on. The latest and the earliest time of the breakaway are found by bisection.
+    The drive approaches the command monotonically. After the breakaway, the effort therefore stays
+    above the threshold, and bisection finds the latest and the earliest time of the breakaway.
     """
     forward, backward = thresholds(state, p)
     threshold = forward if sign > 0 else backward

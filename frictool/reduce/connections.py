@@ -21,9 +21,8 @@ class Connection:
     a, b: numbers of the blocks.
     ratio, offset: coefficients of q_b = ratio q_a + offset.
     gap: half the width of the backlash, in the coordinate of `b` [rad | m].
-    drive_loss: effort lost at `a`, divided by the effort at `b`, while `a` drives `b`, in the unit
-        of `ratio`; a relative loss if `ratio` is 1 or -1.
-    back_loss: effort lost at `a`, divided by the effort at `b`, while `b` drives `a`; same unit.
+    drive_loss: (effort lost at `a`)/(effort at `b`) while `a` drives `b`; same unit as `ratio`.
+    back_loss: the same quotient while `b` drives `a`.
     stiffness, damping: stiffness and damping of the link, in the coordinate of `b`; 0 for a rigid
         link.
     """

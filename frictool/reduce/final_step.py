@@ -82,7 +82,7 @@ def _of_play(one: OneInertia, inertia: str, effort: str, position: str) -> list[
         StepFigure("backlash", one.play.width, position),
         StepFigure("friction inside the backlash", one.inside, effort),
         StepFigure(
-            "largest error of friction due to a shift by half the backlash",
+            "largest error of friction if the position is wrong by half the backlash",
             max(map(misplaced, (one.forward, one.backward))),
             effort,
         ),

@@ -29,23 +29,19 @@ def check_box(controller: Controller) -> None:
     Raises NoSolutionError if an interval is too narrow, or if the document has no vertex.
     """
     vertices = vertex_points(controller)
-    holder = (
-        "the range of the vertices" if controller.certificate is None else "the certificate's box"
-    )
+    holder = "the vertices" if controller.certificate is None else "the certificate"
     for name, (low, high) in box_of(controller).items():
         for point in vertices:
             if not low <= (value := getattr(point, name)) <= high:
                 raise NoSolutionError(
-                    f"{controller.name}: not proved: vertex {point.name} has {name} {value:.6g}, "
-                    f"outside {holder}, {low:.6g} to {high:.6g}; "
-                    "run frictool synth again"
+                    f"{controller.name}: not proved: {name} is {value:.6g} in vertex {point.name}, "
+                    f"but {low:.6g} to {high:.6g} in {holder}; run frictool synth again"
                 )
         least, most = bench_intervals(controller.bench)[name]
         if least < low or most > high:
             raise NoSolutionError(
-                f"{controller.name}: not proved: the bench has {name} {least:.6g} to {most:.6g}, "
-                f"outside {holder}, {low:.6g} to {high:.6g}; "
-                "run frictool synth again"
+                f"{controller.name}: not proved: {name} is {least:.6g} to {most:.6g} in the bench, "
+                f"but {low:.6g} to {high:.6g} in {holder}; run frictool synth again"
             )
 
 

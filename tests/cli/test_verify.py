@@ -134,8 +134,8 @@ def test_a_vertex_outside_of_the_box_is_exit_4(tmp_path: Path) -> None:
     refused(
         run("verify", _written(tmp_path, smaller)),
         4,
-        "vertex v0",
-        "has coulomb 0.18, outside the certificate's box, 0.018 to 0.17",
+        "coulomb is 0.18 in vertex v0",
+        "but 0.018 to 0.17 in the certificate",
     )
 
 

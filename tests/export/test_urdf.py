@@ -196,8 +196,8 @@ def test_the_command_writes_the_copy_and_names_what_is_left_out(tmp_path: Path) 
     ("options", "code", "message"),
     [
         (["--lang", "urdf"], 2, "needs --into FILE"),
-        (["--lang", "urdf", "--into", "arm.urdf", "-o", "."], 3, "or --in-place without --output"),
-        (["--lang", "urdf", "--into", "arm.urdf", "-o", "arm.urdf"], 3, "or --in-place without"),
+        (["--lang", "urdf", "--into", "arm.urdf", "-o", "."], 3, "--in-place instead of --output"),
+        (["--lang", "urdf", "--into", "arm.urdf", "-o", "arm.urdf"], 3, "or use --in-place"),
         (["--lang", "urdf", "--into", "arm.urdf", "--without", "x"], 2, "allowed: backward"),
         (["--lang", "urdf", "--number", "q15"], 2, "--number does not work with --lang urdf; "),
         (["--into", "arm.urdf"], 2, "--into does not work with --lang c; allowed: --lang urdf"),

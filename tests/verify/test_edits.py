@@ -190,15 +190,14 @@ def test_a_box_of_one_vertex_is_refused_whatever_its_digests_say() -> None:
     )
     with pytest.raises(
         NoSolutionError,
-        match=r"the bench has inertia 1\.11e-05 to 1\.53e-05, "
-        r"outside the certificate's box, 1\.11e-05 to "
-        r"1\.11e-05",
+        match=r"inertia is 1\.11e-05 to 1\.53e-05 in the bench, "
+        r"but 1\.11e-05 to 1\.11e-05 in the certificate",
     ):
         recheck.verify(shrunk)
     without = with_digests(
         msgspec.structs.replace(shrunk, certificate=None, weights=certificate.weights)
     )
-    with pytest.raises(NoSolutionError, match="the bench has inertia"):
+    with pytest.raises(NoSolutionError, match=r"inertia is .* in the bench"):
         recheck.verify(without)
 
 
@@ -247,8 +246,7 @@ def test_a_controller_with_its_vertices_deleted_is_not_exported(tmp_path: Path) 
     refused(
         run("export", path, "-o", tmp_path / "c"),
         4,
-        "the bench has inertia 1.11e-05 to 1.53e-05, outside the range of the vertices, "
-        "1.11e-05 to 1.11e-05",
+        "inertia is 1.11e-05 to 1.53e-05 in the bench, but 1.11e-05 to 1.11e-05 in the vertices",
     )
 
 

@@ -41,8 +41,8 @@ Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 class CouplingRow(NamedTuple):
     """Row of `Couplings` (plant/mechanism/packed_mechanism.py).
 
-    `curve`: index in `Curves` of the curve of an additional effort over the deflection; -1 for no
-        such effort.
+    `curve`: index in `Curves` of an effort as a function of the deflection, which is added to the
+        efforts of `stiffness` and `damping`; -1 for no such effort.
     """
 
     a: int

@@ -19,7 +19,7 @@ slip is assumed to be proportional to the breakaway (thesis 4.42).
 - The interval includes the scatter between onsets (jackknife), and the effect of every value within
   the intervals of the axis's parameters (`combined_interval`). A sampled ramp rises by one step per
   sample. Two errors of half a step, which do not average out, are added: the breakaway lies
-  anywhere within a step, and the log shows a change of the encoder up to half a sample late.
+  anywhere within a step, and the time of an encoder change is uncertain by half a sample.
 """
 
 from __future__ import annotations
@@ -93,8 +93,8 @@ class Breakaway:
       includes the effect of this range
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
-    - load_slope: slope of a load [N m/rad | N/m] that explains the onsets as well as `by_position`
-      (`unknown_load.load_slope`), or None
+    - load_slope: slope of a load [N m/rad | N/m] that explains the onsets no worse than
+      `by_position` does (`unknown_load.load_slope`), or None
     - load: unknown part of the load; `interval` includes its effect
     - rejected: number of detected motions that were left out because they are no breakaway
     - after_reversals: number of onsets that were left out because they directly follow a reversal

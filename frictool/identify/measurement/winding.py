@@ -187,7 +187,11 @@ class _Piece:
         return _lagged(new + before * (old - new), decay)
 
     def speed_response(self, lag: float, slope: tuple[float, float]) -> Vector:
-        """Return the speed (n,) filtered by a lag [s]; `slope`: weights of the speed's slope."""
+        """Return the speed (n,), filtered by a lag [s].
+
+        The slope of the speed within a sample period is a weighted sum of the backward and the
+        forward difference quotient. `slope` contains the two weights.
+        """
         return _lagged(_weighted_speed(self.speed, self.log.period, lag, slope), _decay(self, lag))
 
     def initial_response(self, lag: float) -> Vector:
@@ -226,7 +230,8 @@ def _pieces(logs: Sequence[WindingLog]) -> list[_Piece]:
 class _CurrentModel:
     """Model of the averaged current of all pieces.
 
-    - slope: weights of the slope of the speed, such as CENTRAL
+    - slope: weights of the backward and the forward difference in the speed's slope, such as
+      CENTRAL
     - moving: False for a blocked motor, which has no back-EMF
     - drops: True if a voltage drop is fitted
     """

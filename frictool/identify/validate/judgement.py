@@ -19,13 +19,14 @@ values within the intervals may fit the log, but the model's values do not.
 The force error says nothing about samples at rest, and an unstable model may have a small force
 error. A model whose simulated position strays therefore does not reproduce the log, either:
 
-- If the position is held by a controller, or by a spring or gravity with more effort than friction
-  and effort error together, the simulated position must stay in the travel of the bench, extended
-  by `limit` times the travel.
+- The range contains the travel of the bench and all measured positions. The bench states the
+  travel, and a controller holds the position, or a spring or gravity changes over the range by more
+  than Coulomb friction and effort error together: the simulated position must then stay in the
+  range, extended by `limit` times the length of the range.
 - Without such a holding effort, the simulated position drifts, because the axis integrates errors
   of the effort. An rms error e moves a sliding axis of inertia J and viscous friction b by at most
-  e T min(1/b, T/J) during the time T. If a model with a spring or gravity drifts further than this
-  bound, it is unstable.
+  e T min(1/b, T/J) during the time T. If a model with a controller, a spring or gravity drifts
+  further than this bound, it is unstable.
 
 The effort of a servo is computed from the few counts between goal and position. The error of a
 servo is therefore the rms position error, relative to the rms distance between goal and position,

@@ -26,7 +26,8 @@ class DroppedRows(NamedTuple):
 class LossLedger:
     """Collector of the losses of a stream, which are appended to `losses`.
 
-    A loss lasts until the next sample that is read.
+    A loss is a gap in the data. Unless its times are known, the loss begins at the last sample
+    before the gap and ends at the first sample after it.
 
     named: for each column, paths of the channels made from this column.
     every: paths of all channels.
@@ -52,7 +53,7 @@ class LossLedger:
             inbox.clear()
 
     def reach(self, after: int) -> None:
-        """End the current losses at `after` [ns], the time of the next sample."""
+        """Set the unknown ends of losses to `after` [ns], the time of the next sample."""
         for loss in self._open:
             self._losses.append(replace(loss, end_s=after / NS))
         self._open.clear()
