@@ -5,20 +5,30 @@ The load is modelled by two straight lines over the position x, one on each side
 
     offset + stiffness x + jump H(x - x_0) + bend max(x - x_0, 0)
 
-H is the unit step. This load is fitted together with the sliding parameters and the effects of the
-model, with x_0 at each position of a grid. Each half of the strokes selects a position x_0; the fit
-to this half with its x_0 predicts the other half. The kink is reported if all of these conditions
-hold:
+H is the unit step. A contact, such as a brake pad, often stiffens. A second search therefore uses
+a load that begins at the knot, on the side with fewer samples. It is quadratic in the distance from
+the knot, divided by the length of this side, d. Its effort at d = 1 is `rise`. A gear with friction
+needs a larger effort against the load than with the load; `drag` is half of this difference at
+d = 1, and s is the direction of motion:
+
+    offset + stiffness x + rise d + curve (d^2 - d) + s (drag d + drag_curve (d^2 - d))
+
+Each load is fitted together with the sliding parameters and the effects of the model, with x_0 at
+each position of a grid. Each half of the strokes selects a position x_0; the fit to this half with
+its x_0 predicts the other half. The kink is reported if all of these conditions hold:
 
 - Both halves of the strokes select nearly the same position.
 - The load with the knot predicts the strokes that cross the knot clearly better than two smooth
   loads: the loads of the model, and these loads plus gravity and a polynomial over the travel. The
   load with the knot also predicts significantly better than the loads of the model with further
-  ripples, although these ripples have more parameters.
-- Jump and bend differ significantly from 0, and noise of the acceleration cannot cause them.
-- The change of the effort at the knot exceeds the half width of its interval. If the change is
-  fitted for each direction of motion separately, both results are similar; friction over position
-  would change the effort of both directions by opposite amounts.
+  ripples, although these ripples have more parameters. A load with a drag also predicts
+  significantly better than the second smooth load plus friction that is smooth over the travel.
+- The parameters of the change differ significantly from 0, and noise of the acceleration cannot
+  cause them.
+- The change of the effort at the knot, or the rise, exceeds the half width of its interval. If the
+  jump or the bend is fitted for each direction of motion separately, both results are similar;
+  friction over position would change the effort of both directions by opposite amounts. The drag is
+  at most the rise: otherwise the load could not move the axis.
 - The change of the effort is at least LEAST_CHANGE times the Coulomb friction.
 
 The smoothing windows are shorter than the windows of a fit, because a long window hides a jump and
@@ -82,10 +92,9 @@ ALIKE = 0.5  # least ratio of the changes in the two directions of motion
 QUIET = 0.25  # largest noise of the inertial effort, relative to the least change
 TINY = float(np.finfo(np.float64).tiny)  # avoids the logarithm of 0
 STIFFNESS = TERMS[SPRING][0]
-CHANGES = ("jump", "bend")
-BACKWARD = tuple(f"{name}_backward" for name in CHANGES)
-KINK = Hypothesis("kink", CHANGES, "a kink of the load", "", is_load=True)
-BY_DIRECTION = replace(KINK, names=(*CHANGES, *BACKWARD))
+KINK = Hypothesis("kink", ("jump", "bend"), "a kink of the load", "", is_load=True)
+BEYOND = "rise", "curve", "drag", "drag_curve"
+CONTACT = Hypothesis("contact", BEYOND, "a load beyond a position", "", is_load=True)
 
 
 @dataclass(frozen=True)
@@ -96,6 +105,8 @@ class LoadKink:
     - margin: largest error of `position`, rad | m
     - jump: change of the effort at the knot, N m | N; 0 if only the stiffness changes
     - bend: change of the stiffness at the knot, N m/rad | N/m
+    - rise: effort at the end of the positions beyond the knot, N m | N, if the load begins at the
+      knot and stiffens; else 0
     - above: True if most samples lie at positions above the knot
     - squares: (squared prediction error with the kink)/(squared error with the best smooth load),
       geometric mean over the strokes
@@ -105,6 +116,7 @@ class LoadKink:
     margin: float
     jump: float
     bend: float
+    rise: float
     above: bool
     squares: float
 
@@ -129,12 +141,14 @@ class LoadKink:
 
     def shown(self, bench: Bench) -> str:
         """Return text on the kink, and on the positions at which the model is valid."""
-        change = (
-            f"the load changes by {abs(self.jump):.3g} {si_unit('effort', bench.axis)}"
-            if self.jump
-            else "the stiffness of the load changes by "
-            f"{abs(self.bend):.3g} {si_unit('stiffness', bench.axis)}"
-        )
+        unit = si_unit("effort", bench.axis)
+        if self.rise:
+            change = f"a load that rises to {abs(self.rise):.3g} {unit} begins"
+        elif self.jump:
+            change = f"the load changes by {abs(self.jump):.3g} {unit}"
+        else:
+            unit = si_unit("stiffness", bench.axis)
+            change = f"the stiffness of the load changes by {abs(self.bend):.3g} {unit}"
         one = self.valid_side(bench.axis)
         place = one.place(bench.axis).removeprefix(f"{one.side} ")
         return f"{change} at {place}; the model is valid {one.side} it only"
@@ -158,6 +172,7 @@ class _KinkSearch:
     - noise: rms noise of the acceleration due to the encoder, rad/s^2 | m/s^2
     - confidence: confidence of the intervals, 0 to 1
     - base: columns (n,) of a fit without the kink, by name
+    - shape: searched load, KINK or CONTACT
     """
 
     samples: RegressionSamples
@@ -167,6 +182,7 @@ class _KinkSearch:
     noise: float
     confidence: float
     base: Mapping[str, Vector]
+    shape: Hypothesis
 
     @cached_property
     def stroke(self) -> NDArray[np.int64]:
@@ -209,15 +225,30 @@ class _KinkSearch:
         )
 
     def changes(self, knots: Sequence[float], rows: NDArray[np.bool_] | slice) -> Tensor:
-        """Return the regressors of jump and bend at the n selected rows for k knots, (k, n, 2).
+        """Return the regressors of the shape at the n selected rows for k knots, (k, n, q).
 
         The jump is smoothed by the kernel of the effort. The speed is assumed to be constant within
         a smoothing window.
         """
         beyond = self.position[rows] - np.array(knots)[:, None]
+        if self.shape is CONTACT:
+            sides, lengths = np.transpose([self.other_side(knot) for knot in knots])[..., None]
+            share = np.maximum(sides * beyond, 0.0) / lengths
+            signed = share * self.samples.sign[rows]
+            parts = share, share**2 - share, signed, signed * share - signed
+            return np.stack(parts, axis=2)
         passed = np.concatenate(([0.0], np.cumsum(self.smoothing_kernel)))
         share = np.interp(beyond / self.reach[rows], np.linspace(-1.0, 1.0, passed.size), passed)
         return np.stack((share, np.maximum(beyond, 0.0)), axis=2)
+
+    def above(self, knot: float) -> bool:
+        """Return whether most rows lie at positions above the knot."""
+        return bool(np.median(self.position) > knot)
+
+    def other_side(self, knot: float) -> tuple[float, float]:
+        """Return the direction (+1 or -1) and the length [rad | m] of the side with fewer rows."""
+        side = -1.0 if self.above(knot) else 1.0
+        return side, max(float(np.max(side * (self.position - knot))), self.step)
 
     def best(self, rows: NDArray[np.bool_], knots: Sequence[float]) -> float:
         """Return the position in `knots` with the smallest residual of the selected rows."""
@@ -251,7 +282,7 @@ class _KinkSearch:
     def with_kink(self, knot: float) -> ReducedRows:
         """Return the rows with the columns of a kink at `knot`."""
         return self.reduced_rows(
-            dict(zip(CHANGES, self.changes([knot], slice(None))[0].T, strict=True))
+            dict(zip(self.shape.names, self.changes([knot], slice(None))[0].T, strict=True))
         )
 
     def found(self, rivals: Sequence[Vector], most: float) -> LoadKink | None:
@@ -271,7 +302,7 @@ class _KinkSearch:
         margin = max(abs(one - knot) for one in sides) + self.step / FINER
         if not self.testable(knot):
             return None
-        first, second = (self.with_kink(one).squares([KINK]) for one in reversed(sides))
+        first, second = (self.with_kink(one).squares([self.shape]) for one in reversed(sides))
         if first is None or second is None:
             return None
         crossing = self.crossing(knot)
@@ -285,34 +316,43 @@ class _KinkSearch:
             return None
         try:
             rows = self.with_kink(knot)
-            if not rows.visible(KINK, ()) or rows.probability(KINK, ()) > FALSE_ALARM / len(knots):
+            least = FALSE_ALARM / len(knots)
+            if not rows.visible(self.shape, ()) or rows.probability(self.shape, ()) > least:
                 return None
             change = self._change(rows, knot)
         except SingularRegressors:
             return None
         if change is None:
             return None
-        return LoadKink(knot, margin, *change, bool(np.median(self.position) > knot), share)
+        return LoadKink(knot, margin, *change, self.above(knot), share)
 
-    def _change(self, rows: ReducedRows, knot: float) -> tuple[float, float] | None:
-        """Return (jump, bend) if one of them is large and similar in both directions, else None."""
-        both = _intervals(rows, KINK, self.confidence)
+    def _change(self, rows: ReducedRows, knot: float) -> tuple[float, float, float] | None:
+        """Return (jump, bend, rise) if it is large and similar in both directions, else None."""
+        both = _intervals(rows, self.shape, self.confidence)
+        least = LEAST_CHANGE * abs(both["coulomb"].value)
+        if self.shape is CONTACT:
+            rise, drag = both["rise"], abs(both["drag"].value)
+            if abs(rise.value) < max(least, drag) or rise.low * rise.high <= 0.0:
+                return None
+            return 0.0, 0.0, rise.value
+        names = self.shape.names
         (changes,) = self.changes([knot], slice(None))
         back = (self.samples.sign < 0.0)[:, None]
         columns = np.column_stack((np.where(back, 0.0, changes), np.where(back, changes, 0.0)))
-        named = dict(zip(BY_DIRECTION.names, columns.T, strict=True))
-        sides = _intervals(self.reduced_rows(named), BY_DIRECTION, self.confidence)
+        split = replace(self.shape, names=(*names, *(f"{name}_backward" for name in names)))
+        named = dict(zip(split.names, columns.T, strict=True))
+        sides = _intervals(self.reduced_rows(named), split, self.confidence)
         shorter = min(knot - self.position.min(), self.position.max() - knot)
-        for name, size in zip(CHANGES, (1.0, float(shorter)), strict=True):
+        for name, size in zip(names, (1.0, float(shorter)), strict=True):
             values = [sides[one].value for one in (name, f"{name}_backward")]
             if (
-                size * abs(both[name].value) >= LEAST_CHANGE * abs(both["coulomb"].value)
+                size * abs(both[name].value) >= least
                 and both[name].low * both[name].high > 0.0
                 and min(values) * max(values) > 0.0
                 and min(map(abs, values)) >= ALIKE * max(map(abs, values))
             ):
                 jump = both["jump"].value if name == "jump" else 0.0
-                return jump, both["bend"].value
+                return jump, both["bend"].value, 0.0
         return None
 
 
@@ -349,7 +389,7 @@ def load_kink(
     gravity = {name: samples.loads[name] for name in TERMS[GRAVITY] if name in samples.loads}
     plain = fitted if load is None else _disturbing(fitted)
 
-    def search_with(loads: Mapping[str, Vector]) -> _KinkSearch:
+    def search_with(loads: Mapping[str, Vector], shape: Hypothesis = KINK) -> _KinkSearch:
         return _KinkSearch(
             samples,
             position,
@@ -358,18 +398,25 @@ def load_kink(
             searched.noise,
             settings.confidence,
             _independent({**dict(zip(names, samples.columns, strict=True)), **loads}),
+            shape,
         )
 
-    searches = [
-        search_with({**loads, STIFFNESS: position}) for loads in (plain, {**fitted, **gravity})
-    ]
     smooth = {**fitted, **_polynomial(position), **gravity}
+    friction = {f"{name}_{DIRECTION}": samples.sign * one for name, one in smooth.items()}
     rivals = [search_with(loads).predicted for loads in (fitted, smooth)]
-    kink = _best_kink(searches, rivals, WORTH**2)
-    if kink is None:
-        return None
-    rippled = search_with({**fitted, **_ripples(searched)}).predicted
-    return None if _best_kink(searches, [rippled], 1.0) is None else kink
+    kinks = []
+    for shape, richer in ((KINK, []), (CONTACT, [{**smooth, **friction}])):
+        searches = [
+            search_with({**loads, STIFFNESS: position}, shape)
+            for loads in (plain, {**fitted, **gravity})
+        ]
+        kink = _best_kink(searches, rivals, WORTH**2)
+        if kink is None:
+            continue
+        rich = [search_with(one).predicted for one in ({**fitted, **_ripples(searched)}, *richer)]
+        if _best_kink(searches, rich, 1.0) is not None:
+            kinks.append(kink)
+    return min(kinks, key=lambda one: one.squares, default=None)
 
 
 def _best_kink(

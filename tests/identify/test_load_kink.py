@@ -115,18 +115,32 @@ def test_a_bumper_changes_the_stiffness() -> None:
     assert shown in kink.shown(rotary_bench(None))
 
 
+def test_a_contact_that_stiffens_is_found_through_a_gear_with_friction() -> None:
+    """The gear needs 1.5 times as much effort against the contact as with it."""
+    pad = 40.0 / 0.4**2
+    record = recorded(9, lambda x, way: pad * (1.0 + 0.2 * way) * np.maximum(x - 0.95, 0.0) ** 2)
+    kink = searched(record, rotary_bench(None))
+    assert kink is not None
+    assert kink.position == pytest.approx(0.95, abs=0.03)
+    assert not kink.above
+    assert kink.rise == pytest.approx(pad * (record.position.max() - 0.95) ** 2, rel=0.05)
+    assert kink.shown(rotary_bench(None)).startswith(f"a load that rises to {kink.rise:.3g} N m")
+    assert len(kink.warning(rotary_bench(None))) <= 190
+
+
 @pytest.mark.parametrize(
     "effort",
     [
         lambda x, direction: 0.0 * x,
         lambda x, direction: 4.0 * direction * (x > 0.7),
+        lambda x, direction: 60.0 * direction * np.maximum(x - 0.9, 0.0) ** 2,
         lambda x, direction: 3.0 * direction * np.sin(4.0 * x),
         lambda x, direction: 6.0 * np.sin(3.0 * x + 0.5),
         lambda x, direction: 1.5 * np.sin(25.0 * x),
         lambda x, direction: 8.0 * np.sin(x),
         lambda x, direction: 10.0 * x,
     ],
-    ids=["none", "seal", "friction", "wave", "cogging", "gravity", "spring"],
+    ids=["none", "seal", "drag", "friction", "wave", "cogging", "gravity", "spring"],
 )
 def test_friction_and_smooth_loads_are_no_kink(effort: Effort) -> None:
     """A step of the friction changes its sign with the direction; a load does not."""
@@ -190,12 +204,12 @@ def log_of(record: MotionRecord) -> Log:
 def test_one_side_has_no_sample_of_the_other() -> None:
     """Each passage of the knot begins a new part of the record."""
     record = recorded(7, limp_home(0.4, 10.0))
-    kink = LoadKink(0.4, 0.01, 10.0, 0.0, True, 0.1)
+    kink = LoadKink(0.4, 0.01, 10.0, 0.0, 0.0, True, 0.1)
     part = kink.one_side(record)
     assert part is not None
     assert part.position.min() > 0.41
     entries = np.diff((record.position > 0.41).astype(int)) > 0
     assert part.piece[-1] + 1 == np.count_nonzero(entries)
     assert np.all(np.diff(part.time)[np.diff(part.piece) == 0] < 1.5 * PERIOD)
-    below = LoadKink(-0.4, 0.01, 10.0, 0.0, False, 0.1)
+    below = LoadKink(-0.4, 0.01, 10.0, 0.0, 0.0, False, 0.1)
     assert below.one_side(record) is None
