@@ -1,10 +1,18 @@
-"""White noise of a measured drive: its standard deviation and its peak."""
+"""White noise of a measured drive: its standard deviation and its peak.
+
+A chattering loop also changes its drive from sample to sample. Its spectrum has lines, whereas
+white noise has the same density at all frequencies. The smallest density of a signal's spectrum is
+thus an upper bound of the density of the white noise on this signal.
+"""
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
+import scipy.special
 
 from frictool.metrics.median import median
 from frictool.typing import Vector
@@ -12,25 +20,54 @@ from frictool.typing import Vector
 # distance of the noise floor from the expected maximum of n samples, in standard deviations; fewer
 # than 1 of 1000 records exceed the noise floor by chance
 MARGIN = 2.0
+BY_CHANCE = 1e-3  # probability that a test rejects a record of white noise
+LONGEST_BLOCK = 64  # samples of a block of the spectrum
+FEWEST_BLOCKS = 8  # blocks of a spectrum; a record of fewer than 8 blocks of 8 samples has none
+LEAKAGE = 2  # lowest line of the spectrum that a constant drive does not reach through the window
+
+
+class WhiteNoise(NamedTuple):
+    """White noise on a signal.
+
+    - deviation: largest standard deviation that agrees with the signal, in the signal's unit
+    - shown: False if the signal's changes from sample to sample are not white, so that they may be
+      an oscillation of the drive
+    """
+
+    deviation: float
+    shown: bool
+
+
+def white_noise(signal: Vector) -> WhiteNoise:
+    """Return the white noise on `signal` (n,); its deviation is 0 for n < 3.
+
+    The first estimate is the median of |second difference|/(0.6745 sqrt 6). A component that is
+    smooth from sample to sample does not change this estimate, but an oscillation or a coarse
+    quantisation increases it. If the smallest spectral density is too small for this estimate, the
+    estimate follows from this density.
+    """
+    if signal.size < 3:
+        return WhiteNoise(0.0, True)
+    first = signal[1:] - signal[:-1]
+    deviation = median(np.abs(first[1:] - first[:-1])) / (0.6745 * math.sqrt(6.0))
+    size = min(LONGEST_BLOCK, 2 ** int(math.log2(signal.size / FEWEST_BLOCKS)))
+    if size < FEWEST_BLOCKS or deviation == 0.0:
+        return WhiteNoise(deviation, True)
+    scale = float(np.abs(signal).max())  # the square of a drive may be infinite
+    powers = _powers(signal / scale, size)
+    typical, least = _median_powers(signal.size // size, powers.size)
+    smallest = float(powers.min())
+    # the variance of the second differences, which a line at the Nyquist frequency increases most
+    weights = np.sin(np.pi / size * np.arange(LEAKAGE, size // 2)) ** 4
+    mean = float(np.sum(powers * weights) / (typical * np.sum(weights)))
+    if smallest < least * (deviation / scale) ** 2:
+        deviation = scale * math.sqrt(smallest / typical)
+    return WhiteNoise(deviation, smallest >= least * mean)
 
 
 def noise_deviation(signal: Vector) -> float:
-    """Return the standard deviation of the white noise on `signal` (n,); 0 for n < 3.
-
-    The estimate is the median of |second difference|/(0.6745 sqrt 6). A component that is smooth
-    from sample to sample does not change the estimate.
-    """
-    if signal.size < 3:
-        return 0.0
-    first = signal[1:] - signal[:-1]
-    return deviation_of(np.abs(first[1:] - first[:-1]))
-
-
-def deviation_of(second_differences: Vector) -> float:
-    """Return the standard deviation of white noise from absolute second differences (n - 2,)."""
-    if second_differences.size == 0:
-        return 0.0
-    return median(second_differences) / (0.6745 * math.sqrt(6.0))
+    """Return the standard deviation of the white noise on `signal` (n,); 0 for n < 3."""
+    return white_noise(signal).deviation
 
 
 def noise_floor(signal: Vector) -> float:
@@ -45,3 +82,48 @@ def noise_floor(signal: Vector) -> float:
 def peak_factor(samples: int) -> float:
     """Return (peak that `samples` values of white noise hardly exceed)/(standard deviation)."""
     return math.sqrt(2.0 * math.log(max(samples, 2))) + MARGIN
+
+
+@lru_cache(maxsize=16)
+def ordered_noise(samples: int) -> Vector:
+    """Return bounds (n,) of the sorted |noise| of n samples, largest first, in deviations.
+
+    Noise has one most frequent value. Gauss's inequality thus bounds the probability of a larger
+    |noise|, and the inequality of Dvoretzky, Kiefer and Wolfowitz bounds the distance of the
+    sample's distribution from this probability. The first value is at most `peak_factor`.
+    """
+    chance = np.arange(1, samples + 1) / samples - math.sqrt(
+        math.log(2.0 / BY_CHANCE) / (2.0 * samples)
+    )
+    chance = np.maximum(chance, 1.0 / samples)
+    gauss = np.where(
+        chance < 1.0 / 3.0, 2.0 / (3.0 * np.sqrt(chance)), math.sqrt(3.0) * (1.0 - chance)
+    )
+    bounds: Vector = np.minimum(gauss, peak_factor(samples))
+    bounds.flags.writeable = False
+    return bounds
+
+
+def _powers(signal: Vector, size: int) -> Vector:
+    """Return the median powers of the lines of the spectra of blocks of `size` samples.
+
+    The median over the blocks ignores steps of the drive. For white noise, it is the variance times
+    the median of an exponential distribution of mean 1.
+    """
+    blocks = signal[: signal.size // size * size].reshape(-1, size)
+    window = np.sin(np.pi / size * np.arange(size)) ** 2
+    lines = np.fft.rfft(blocks * window)[:, LEAKAGE : size // 2]
+    powers = (lines.real**2 + lines.imag**2) / np.sum(window**2)
+    middle = (len(powers) - 1) // 2
+    return np.asarray(np.partition(powers, middle, axis=0)[middle])
+
+
+@lru_cache(maxsize=16)
+def _median_powers(blocks: int, lines: int) -> tuple[float, float]:
+    """Return (typical, least) median of the powers of `blocks` blocks; the noise has variance 1.
+
+    The least median of all `lines` is larger with a probability of 1 - BY_CHANCE.
+    """
+    rank = (blocks + 1) // 2
+    share = scipy.special.betaincinv(rank, blocks - rank + 1, BY_CHANCE / lines)
+    return -math.log1p(-rank / (blocks + 1)), -math.log1p(-float(share))

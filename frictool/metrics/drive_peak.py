@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.metrics.drive_noise import noise_floor
+from frictool.metrics.drive_noise import WhiteNoise, ordered_noise, white_noise
 from frictool.typing import Vector
 
 
 def drive_peak(measured: Vector) -> float:
-    """Return the peak [A | V] of a measured drive (n,) minus the peak of its noise, at least 0."""
-    return max(0.0, float(np.abs(measured).max()) - noise_floor(measured))
+    """Return the smallest peak [A | V] of the drive that explains a measured drive (n,)."""
+    return least_peak(measured, white_noise(measured))
+
+
+def least_peak(measured: Vector, noise: WhiteNoise) -> float:
+    """Return the smallest peak [A | V] of the drive with which `noise` explains `measured` (n,).
+
+    If no |drive| exceeds the peak, the k-th largest |measured| exceeds it by at most the k-th
+    largest |noise|.
+    """
+    sizes = np.sort(np.abs(measured))[::-1]
+    return max(0.0, float((sizes - noise.deviation * ordered_noise(sizes.size)).max()))
 
 
 def command_peak(command: Vector) -> float:

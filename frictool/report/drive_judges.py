@@ -8,7 +8,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.metric_table import REQUIREMENTS, STREAM_METRICS
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
-from frictool.metrics.drive_peak import command_peak, drive_peak
+from frictool.metrics.drive_peak import command_peak, least_peak
 from frictool.metrics.rest_motion import MOTION_TOLERANCE
 from frictool.presentation.tie_rule import largest
 from frictool.report.metric_samples import MeasuredPart, measure, no_drive
@@ -29,17 +29,33 @@ def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge the largest peak of the drive, from the command and the measured drive.
 
-    The noise floor of the measured drive is subtracted from the peak of the measured drive.
+    The noise of the measured drive is subtracted from the peak of the measured drive. If only this
+    meets the limit, the noise may be an oscillation, and no command is logged, the requirement is
+    undecided.
     """
     measured = f"peak of the measured {spec.drive}, less its noise floor"
     peaks: list[JudgedValue] = []
+    doubtful: list[JudgedValue] = []
     for item, _ in evidence:
         if item.command is not None:
             value = command_peak(item.command)
             peaks.append(JudgedValue(value, item, reason="peak of the command"))
         if item.measured is not None:
-            peaks.append(JudgedValue(drive_peak(item.measured), item, reason=measured))
-    return largest_value(spec, REQUIREMENTS["drive_peak"], peaks, _undecided(spec, evidence))
+            value = least_peak(item.measured, item.noise)
+            peaks.append(JudgedValue(value, item, reason=measured))
+            if item.command is None and not item.noise.shown:
+                doubtful.append(JudgedValue(command_peak(item.measured), item))
+    judged = largest_value(spec, REQUIREMENTS["drive_peak"], peaks, _undecided(spec, evidence))
+    if not (judged.met and doubtful):
+        return judged
+    value, at = largest(one.value for one in doubtful)
+    if value <= judged.limit:
+        return judged
+    reason = (
+        f"the measured {spec.drive} reaches {value:.4g} {judged.unit}, but its noise is not white: "
+        "a part may be an oscillation; log the command, too"
+    )
+    return replace(judged, met=None, reason=reason, where=location_of(doubtful[at].item))
 
 
 def judge_saturation(

@@ -20,7 +20,7 @@ from frictool.documents.spec import Spec
 from frictool.errors import LogError
 from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from frictool.logs.quality.time_base import encoder_step
-from frictool.metrics.drive_noise import noise_deviation
+from frictool.metrics.drive_noise import WhiteNoise, white_noise
 from frictool.metrics.load_position_bounds import load_bounds
 from frictool.metrics.reference_holds import Hold, find_holds
 from frictool.presentation.decimation import finite_or_nan
@@ -106,9 +106,9 @@ class StreamEvidence:
         return self.load is not None and self.load[0] is not self.load[1]
 
     @cached_property
-    def drive_noise(self) -> float:
-        """Return the standard deviation of the white noise on the measured drive [A | V]."""
-        return 0.0 if self.measured is None else noise_deviation(self.measured)
+    def noise(self) -> WhiteNoise:
+        """Return the white noise on the measured drive [A | V]."""
+        return WhiteNoise(0.0, True) if self.measured is None else white_noise(self.measured)
 
     @cached_property
     def velocity(self) -> tuple[Vector, str] | None:

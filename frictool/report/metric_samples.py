@@ -91,7 +91,7 @@ ARGUMENTS: dict[str, Callable[[MeasuredPart], Any]] = {
     # limit of the drive in the bench, None if unknown
     "drive_limit": lambda part: part.evidence.drive_limit,
     # standard deviation of the measured drive's noise
-    "drive_noise": lambda part: part.evidence.drive_noise,
+    "drive_noise": lambda part: part.evidence.noise.deviation,
     # time t_int [s] over which the energy is integrated
     "energy_window": lambda part: energy_window(part.spec),
     # lowest and highest position behind the backlash, (2, n)

@@ -24,25 +24,20 @@ MOST_COUNTS = 100  # largest range of the positions in encoder steps, per sample
 
 @kernel
 def run_signals(
-    record: Vector, conditions: Vector, noise: Vector, position: Vector, second: Vector
-) -> tuple[float, float, bool]:
-    """Return (peak command, peak measured drive, True if all values are finite).
-
-    The peaks are in the unit of the drive.
+    record: Vector, conditions: Vector, noise: Vector, position: Vector, measured: Vector
+) -> tuple[float, bool]:
+    """Return (peak command [A | V], True if all values are finite).
 
     - record (n, 7): columns as in engine/closed_loop.py
     - conditions (n, 8) or (0, 8): columns as in engine/disturbances_and_faults.py
     - noise (n,): noise of the measured drive
 
-    Two arrays are filled: position (n,) with the measured position, and second (n - 2,) with the
-    absolute second differences of the measured drive.
+    Two arrays are filled: position (n,) with the measured position, and measured (n,) with the
+    measured drive [A | V].
     """
     n = record.shape[0]
     command_peak = 0.0
-    drive_peak = 0.0
     finite = True
-    before = 0.0
-    rise = 0.0
     for k in range(n):
         position[k] = record[k, MEASURED]
         command = abs(record[k, COMMAND])
@@ -52,14 +47,9 @@ def run_signals(
         drive += noise[k]
         if not math.isfinite(position[k] + command + drive):
             finite = False
-        last = rise
-        rise = drive - before
-        before = drive
-        if k > 1:
-            second[k - 2] = abs(rise - last)
+        measured[k] = drive
         command_peak = max(command_peak, command)
-        drive_peak = max(drive_peak, abs(drive))
-    return command_peak, drive_peak, finite
+    return command_peak, finite
 
 
 @kernel

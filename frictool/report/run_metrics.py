@@ -18,8 +18,7 @@ from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
 from frictool.engine.closed_loop import COMMAND
 from frictool.logs.quality.time_base import encoder_step
-from frictool.metrics.drive_noise import deviation_of, peak_factor
-from frictool.metrics.drive_peak import command_peak
+from frictool.metrics.drive_peak import command_peak, drive_peak
 from frictool.metrics.final_value import final_value, tail_samples
 from frictool.metrics.reference_holds import ConstantRun, Hold, constant_runs, holds_of
 from frictool.metrics.rest_motion import MOTION_TOLERANCE, late_samples, peak_to_peak
@@ -75,17 +74,16 @@ class RunMetrics:
         """
         samples = run.time.size
         position: Vector = np.empty(samples)
-        second: Vector = np.empty(max(samples - 2, 0))
-        command, drive, finite = run_signals(
-            run.record, run.conditions, run.noise, position, second
-        )
+        drive: Vector = np.empty(samples)
+        command, finite = run_signals(run.record, run.conditions, run.noise, position, drive)
         if not finite or not self._has_runs(run.reference):
             return None
         resolution = self._resolution(position)
         holds = holds_of(self._runs, position, resolution)
         values = self._values(run.time, position, holds, resolution)
-        floor = deviation_of(second) * peak_factor(samples)
-        values["drive_peak"] = [command, max(0.0, drive - floor)]
+        values["drive_peak"] = [command]
+        if "drive_peak" in self._limits and command_peak(drive) > command:
+            values["drive_peak"].append(drive_peak(drive))
         outcomes = {key: _worst(values.get(key, ()), limit) for key, limit in self._limits.items()}
         if "modulus_margin" in outcomes:
             outcomes["modulus_margin"] = margin

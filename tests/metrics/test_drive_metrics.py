@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.metrics.drive_noise import noise_deviation, noise_floor
+from frictool.metrics.drive_noise import noise_deviation, noise_floor, white_noise
 from frictool.metrics.drive_peak import command_peak, drive_peak
 from frictool.metrics.drive_rms import drive_rms
 from frictool.metrics.energy import energy
@@ -52,6 +52,38 @@ def test_a_saturated_noisy_drive_is_within_its_limit_and_an_excess_is_not() -> N
 
 def test_a_slow_limit_cycle_is_seen_above_the_noise() -> None:
     assert drive_peak(2.5 * np.sin(2 * math.pi * TIME) + noise(2, 0.05)) > 2.0
+
+
+CHATTER = {
+    "sine of an eighth of the rate": np.sin(2 * math.pi * (0.124 * np.arange(5000) + 0.1)),
+    "limited sine": np.clip(1.5 * np.sin(2 * math.pi * 0.31 * np.arange(5000)), -1.0, 1.0),
+    "square wave of a quarter of the rate": np.sign(np.sin(math.pi / 2 * np.arange(5000) + 0.1)),
+    "at the Nyquist frequency": (-1.0) ** np.arange(5000),
+    "at random between two values": np.sign(noise(5, 1.0)),
+}
+
+
+@pytest.mark.parametrize("shape", CHATTER)
+def test_a_chattering_drive_is_no_noise(shape: str) -> None:
+    """The second differences alone took each of these for noise, with a peak of 0."""
+    for measured in (8.0 * CHATTER[shape], 8.0 * CHATTER[shape] + noise(6, 0.05)):
+        assert 7.2 < drive_peak(measured) <= 8.0
+        assert white_noise(measured).shown == ("random" in shape)
+
+
+@pytest.mark.parametrize("samples", [64, 200, 1000, 5000])
+def test_white_noise_is_taken_for_white(samples: int) -> None:
+    found = [white_noise(noise(seed, 2.0, samples)) for seed in range(200)]
+    assert sum(not one.shown for one in found) <= 3
+    rounded = [white_noise(np.round(noise(seed, 0.7, samples))) for seed in range(50)]
+    assert sum(not one.shown for one in rounded) <= 3
+
+
+@given(st.integers(0, 10**6), st.sampled_from([64, 500, 5000]))
+@settings(max_examples=20)
+def test_strong_noise_does_not_hide_a_constant_drive(seed: int, samples: int) -> None:
+    """The peak of the noise is 6 A; most samples show that the drive is 8 A."""
+    assert 6.0 < drive_peak(8.0 + noise(seed, 1.0, samples)) <= 8.0
 
 
 def test_energy_is_the_mean_square_over_the_window() -> None:

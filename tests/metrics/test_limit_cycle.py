@@ -104,6 +104,14 @@ def test_flicker_between_two_counts_and_noise_are_no_motion(seed: int) -> None:
     assert limit_cycle(time, 3.0 + 0.01 * draw.standard_normal(time.size)).amplitude == 0.0
 
 
+def test_a_cycle_of_eight_samples_is_no_noise() -> None:
+    time = clock(16.0)
+    noise = 0.01 * np.random.default_rng(4).standard_normal(time.size)
+    found = limit_cycle(time, np.sin(2 * math.pi * 124.0 * time) + noise)
+    assert found.amplitude == pytest.approx(1.0, abs=0.05)
+    assert found.period == pytest.approx(1.0 / 124.0, rel=1e-3)
+
+
 def test_a_cycle_beside_noise_keeps_its_period() -> None:
     time = clock(20.0)
     noise = 0.01 * np.random.default_rng(3).standard_normal(time.size)

@@ -185,6 +185,21 @@ def test_a_smooth_reference_decides_only_the_drive() -> None:
     assert named(verdict, "drive_peak").value == pytest.approx(3.0, abs=0.01)
 
 
+@pytest.mark.parametrize(("limit", "met"), [(2.0, False), (8.0, None), (8.5, True)])
+def test_an_oscillating_current_is_no_noise(limit: float, met: bool | None) -> None:
+    """8 A at an eighth of the sampling rate, with 0.03 A of noise."""
+    n = np.arange(4000)
+    noise = 0.03 * np.random.Generator(np.random.PCG64(1)).normal(size=n.size)
+    current = 8.0 * np.sin(2.0 * np.pi * 0.124 * n) + noise
+    spec = clutch_spec(drive_peak=Quantity(value=limit, unit="A"))
+    for others, expected in (({}, met), ({"command": 0.9 * current}, limit >= 8.0)):
+        signals = {"position": 0.0 * n, "reference": 0.0 * n, "current": current, **others}
+        log = Log((Stream("/axis", PERIOD * n, signals, {"current": "A"}),), {}, "run.mcap")
+        peak = named(judge(spec, [log]), "drive_peak")
+        assert (peak.met, peak.value) == (expected, pytest.approx(7.93, abs=0.06))
+        assert ("log the command" in peak.reason) == (peak.met is None)
+
+
 def test_where_nothing_is_decided_it_is_no_pass() -> None:
     verdict = judge(clutch_spec(drive_peak=None), [smooth_log()])
     assert not verdict.passed
