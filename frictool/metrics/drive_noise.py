@@ -12,7 +12,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import scipy.special
 
 from frictool.metrics.median import median
 from frictool.typing import Vector
@@ -122,8 +121,17 @@ def _powers(signal: Vector, size: int) -> Vector:
 def _median_powers(blocks: int, lines: int) -> tuple[float, float]:
     """Return (typical, least) median of the powers of `blocks` blocks; the noise has variance 1.
 
-    The least median of all `lines` is larger with a probability of 1 - BY_CHANCE.
+    The least median of all `lines` is larger with a probability of at least 1 - BY_CHANCE: by
+    Chernoff's bound, the share of the blocks with a smaller power is hardly a half of them.
     """
     rank = (blocks + 1) // 2
-    share = scipy.special.betaincinv(rank, blocks - rank + 1, BY_CHANCE / lines)
-    return -math.log1p(-rank / (blocks + 1)), -math.log1p(-float(share))
+    half = rank / blocks
+    surprise = math.log(lines / BY_CHANCE) / blocks
+    low, high = 0.0, half
+    for _ in range(60):
+        share = 0.5 * (low + high)
+        divergence = half * math.log(half / share) + (1.0 - half) * math.log(
+            (1.0 - half) / (1.0 - share)
+        )
+        low, high = (share, high) if divergence > surprise else (low, share)
+    return -math.log1p(-rank / (blocks + 1)), -math.log1p(-low)
