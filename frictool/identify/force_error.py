@@ -30,6 +30,7 @@ from frictool.documents.laws import Laws, Polynomial
 from frictool.documents.quantity import Quantity
 from frictool.friction.position_polynomial import normalised_coefficients
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.term_selection import halved
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, full_backlash, stroke_samples
 from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.smoothing import SHORTEST, choose_window, smoothed, smoothing_kernel
@@ -38,6 +39,7 @@ from frictool.typing import Vector
 
 # largest number of samples evaluated; number of evenly spaced parts that represent longer logs
 MOST_SAMPLES, PARTS = 500_000, 20
+BINS = 48  # parts of the travel in each of which `predicted_by_position` fits one load
 
 # sliding parameters in SI units, with breakaway and stribeck_velocity if the law has them
 Values = Mapping[str, float]
@@ -144,6 +146,35 @@ def force_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> 
     """Return the relative force error of a model over all rows; None without rows."""
     left = sum(float(np.sum((one.effort - one.modelled_effort(values, laws)) ** 2)) for one in rows)
     size = sum(float(np.sum(one.effort**2)) for one in rows)
+    return float(np.sqrt(left / size)) if size > 0.0 else None
+
+
+def predicted_by_position(rows: Sequence[SlipRows]) -> float | None:
+    """Return the relative force error of a model with any load over the position, or None.
+
+    The load is constant in each of BINS parts of the travel, and is fitted together with inertia,
+    viscous and Coulomb friction. Each half of the strokes predicts the other half. Positions that
+    only one half reaches are left out; the result is None if no position is left.
+    """
+    if not rows:
+        return None
+    position = np.concatenate([one.position for one in rows])
+    velocity = np.concatenate([one.velocity for one in rows])
+    effort = np.concatenate([one.effort for one in rows])
+    acceleration = np.concatenate([one.acceleration for one in rows])
+    stroke = np.cumsum(np.diff(np.sign(velocity), prepend=0.0) != 0.0)
+    half = halved(stroke)
+    edges = np.linspace(position.min(), position.max(), BINS + 1)
+    part = np.searchsorted(edges[1:-1], position)
+    motion = np.column_stack((acceleration, velocity, np.sign(velocity)))
+    columns = np.column_stack((motion, part[:, None] == np.arange(BINS)))
+    left = size = 0.0
+    for side in (0, 1):
+        train = half == side
+        known = ~train & np.isin(part, part[train])
+        value = np.linalg.lstsq(columns[train], effort[train], rcond=None)[0]
+        left += float(np.sum((effort[known] - columns[known] @ value) ** 2))
+        size += float(np.sum(effort[known] ** 2))
     return float(np.sqrt(left / size)) if size > 0.0 else None
 
 

@@ -7,16 +7,19 @@
 - Unsigned effort: the absolute value of the effort was logged. This effort is never negative and
   reaches 0 without staying there, and its mean is about the same in both directions of motion.
 - Computed effort: the effort was computed from the encoder signal and not measured. A fit with
-  hardly any friction explains the effort almost exactly.
+  hardly any friction explains the effort almost exactly, and the effort has no noise of its own: a
+  filter of the position explains its second differences, too.
 - Effort as a function of position: a gravity compensation commands the effort, and another force
   moves the axis. This is tested only if a fit gives neither inertia nor friction.
 """
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
@@ -46,6 +49,9 @@ ALIKE = 0.5
 DIP, LEAST_DIPS = 0.25, 0.8
 MOST_AT_ZERO = 0.01  # largest share of the samples in motion that have the smallest effort
 SELF_EXPLAINED = 1e-3  # relative residual that is smaller than the noise of any effort sensor
+# samples of the position, before and after an effort, from which the effort may be computed; a
+# filter of 5 sample periods has then decayed to 0.2 %
+SAMPLES_BEFORE, SAMPLES_AFTER = 32, 4
 NO_FRICTION = 0.02  # largest Coulomb friction, relative to the rms effort, that counts as none
 # largest share of the effort's variance that the position leaves unexplained
 LEFT_BY_POSITION = 1e-3
@@ -167,17 +173,34 @@ def _dips(effort: Vector, strokes: Strokes) -> float:
 
 
 def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
-    """Raise UnusableLogs if the fit explains the effort almost exactly without friction."""
+    """Raise UnusableLogs if the fit explains a noiseless effort almost exactly without friction.
+
+    `fit` is a regression: the residual of a simulation vanishes with the fitted inertia.
+    """
     coulomb = fit.parameters.get("coulomb")
     if coulomb is None or fit.residual > SELF_EXPLAINED:
         return
     size = _rms([record.effort for record in records])
-    if abs(coulomb.value) < NO_FRICTION * size:
+    if (
+        abs(coulomb.value) < NO_FRICTION * size
+        and max(_sensor_noise(record) for record in records) < SELF_EXPLAINED * size
+    ):
         raise UnusableLogs(
             f"the effort was computed from the encoder: all but {100 * fit.residual:.1g} % of it "
             f"follows from the motion (friction {coulomb.value:.2g}, rms effort {size:.2g}); log "
             "the measured current"
         )
+
+
+def _sensor_noise(record: MotionRecord) -> float:
+    """Return the rms noise of the effort [N m | N] that no filter of the position explains."""
+    length = SAMPLES_BEFORE + 1 + SAMPLES_AFTER
+    if record.effort.size < 4 * length:
+        return 0.0
+    around = sliding_window_view(np.diff(record.position, 2), length)
+    second = np.diff(record.effort, 2)[SAMPLES_BEFORE : -SAMPLES_AFTER or None]
+    left = second - around @ np.linalg.lstsq(around, second, rcond=None)[0]
+    return _rms([left]) / math.sqrt(6.0)  # a second difference of white noise has 6 variances
 
 
 def commanded(records: list[MotionRecord]) -> str | None:

@@ -9,10 +9,11 @@ from frictool.adapters.parameter_intervals import relative
 from frictool.documents.bench import Bench
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.coast_down import coast_down
+from frictool.identify.estimators.output_error import OUTPUT_ERROR
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
 from frictool.identify.fit_warnings import DOUBTFUL_FORCE_ERROR
 from frictool.identify.fixed_parameter_refit import fixed_parameters, refit
-from frictool.identify.force_error import force_error, nearest_values
+from frictool.identify.force_error import force_error, nearest_values, predicted_by_position
 from frictool.identify.interval_checks import NEVER_NEGATIVE
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import METHODS, run
@@ -38,25 +39,37 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
     if logs.drive_off:
         return coast_down(logs.sliding, logs.rows, logs.bench, logs.settings)
     fit = run(logs.method, logs.sliding, logs.bench, logs.settings)
-    refuse_self_explained(fit, logs.sliding)
-    fit = with_force_error(replace(fit, method=fit.method or logs.method), logs, fit.parameters)
+    fit = replace(fit, method=fit.method or logs.method)
+    if fit.method != OUTPUT_ERROR:  # it examines the regression from which its search starts
+        refuse_self_explained(fit, logs.sliding)
+    fit = with_force_error(fit, logs, fit.parameters)
     error = unexplained(logs, fit, fit.parameters)
     if error is not None:
         for record in logs.sliding:
             reason = undriven(record, logs.bench, logs.settings.confidence)
             if reason is not None:
                 raise UnusableLogs(reason)
-        advice = (
-            "the effort is far too small for the bench's values; check the unit in "
-            f"columns.{logs.bench.actuator.drive}"
-            if error > OTHER_UNIT
-            else "check that effort and position are from the same test"
-        )
         raise UnusableLogs(
             f"the model does not explain the effort: force error {100 * error:.3g} % "
-            f"(allowed: at most {100 * LARGEST_FORCE_ERROR:g} %); {advice}"
+            f"(allowed: at most {100 * LARGEST_FORCE_ERROR:g} %); {_advice(logs, fit, error)}"
         )
     return fit
+
+
+def _advice(logs: AxisLogs, fit: SlidingFit, error: float) -> str:
+    """Return what to do if `fit` does not explain the effort; `error` is its force error."""
+    if error > OTHER_UNIT and not fit.parameters.keys() >= set(SLIDING):
+        return (
+            "the effort is far too small for the bench's values; check the unit in "
+            f"columns.{logs.bench.actuator.drive}"
+        )
+    load = predicted_by_position(logs.rows)
+    if load is not None and load < LARGEST_FORCE_ERROR:
+        return (
+            f"a load over the position predicts all but {100 * load:.2g} % (contact, stop?): "
+            "log only positions without it"
+        )
+    return "check that effort and position are from the same test"
 
 
 def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:

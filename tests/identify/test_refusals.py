@@ -7,9 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.force_error import motion_rows, predicted_by_position
 from frictool.identify.identification import NothingIdentified, identify_records
+from frictool.identify.measurement_faults import SELF_EXPLAINED, refuse_self_explained
 from frictool.identify.methods import DEFAULT, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.identify.sliding_parameters import LARGEST_FORCE_ERROR
 from studies.rigs.identification_rigs import clutch, record
 from studies.rigs.sample_logs import TRUTH, sines, steps
 from tests.support.linear_axis import linear_axis, linear_bench
@@ -65,19 +69,57 @@ def test_a_clipped_encoder(log: MotionRecord) -> None:
     assert f"{limit:.4g} rad" in why
 
 
-def test_a_controllers_own_output() -> None:
-    """The axis is moved from outside, and the log holds what a PD controller would have asked
-    for."""
+def moved(noise: float = 0.0) -> MotionRecord:
+    """Return the output of a PD controller for an axis that is moved from outside.
+
+    `noise` is the rms noise of the effort, relative to its rms value.
+    """
     time = np.arange(20_000) * PERIOD
     exact = 20.0 * np.sin(2.0 * np.pi * 1.3 * time) * (1.0 + 0.3 * np.sin(0.6 * time))
     position = np.round(exact / 1e-5) * 1e-5
     command = 1e-4 * np.gradient(np.gradient(exact, PERIOD), PERIOD) + 2e-3 * np.gradient(
         exact, PERIOD
     )
-    moved = make_record("moved", time, position, command, resolution=1e-5, lag=0.003)
-    why = reason([moved])
+    command += noise * np.std(command) * np.random.default_rng(0).standard_normal(time.size)
+    return make_record("moved", time, position, command, resolution=1e-5, lag=0.003)
+
+
+def test_a_controllers_own_output() -> None:
+    why = reason([moved()])
     assert "computed from the encoder" in why
     assert "log the measured current" in why
+
+
+def test_output_error_recognises_a_controllers_own_output() -> None:
+    with pytest.raises(UnusableLogs, match="computed from the encoder"):
+        run("output-error", [moved()], clutch(), IdentificationSettings())
+
+
+def test_an_effort_with_noise_was_measured() -> None:
+    """The smoothing leaves little of the noise: without friction, the fit explains nearly all."""
+    record = moved(noise=2e-3)
+    fit = run("least-squares", [record], clutch(), IdentificationSettings())
+    assert fit.residual < SELF_EXPLAINED
+    refuse_self_explained(fit, [record])
+
+
+def test_a_load_that_no_model_contains() -> None:
+    """Constant speeds from free travel into a contact; a model without it explains little."""
+    period = 1e-3
+    speeds = np.repeat([20.0, 40.0, 60.0, 80.0, 100.0], 2) * np.tile([1.0, -1.0], 5)
+    velocity = np.repeat(speeds, (20.0 / np.abs(speeds) / period).astype(int))
+    position = np.cumsum(velocity) * period
+    contact = 0.06 * np.maximum(position - 14.0, 0.0) ** 2
+    noise = 0.01 * np.random.default_rng(1).standard_normal(position.size)
+    effort = 0.03 * np.sign(velocity) + contact + noise
+    time = np.arange(position.size) * period
+    record = make_record("contact", time, position, effort, resolution=1e-3, lag=0.0)
+    why = reason([record])
+    assert "does not explain the effort" in why
+    assert "a load over the position predicts all but" in why
+    # a load that belongs to another test is no function of the position
+    other = replace(record, effort=np.roll(effort, position.size // 3))
+    assert predicted_by_position(motion_rows([other], clutch())) > LARGEST_FORCE_ERROR
 
 
 def test_a_measured_effort_on_a_fine_encoder_is_not_its_own_output() -> None:

@@ -11,7 +11,8 @@ position error at most a tenth above the smallest is chosen. The order of prefer
 that the decision scheme of `auto` prefers, other regressions, output error. Output error is
 rejected if its interval for a parameter does not contain the estimate of the regression with the
 same load terms. This regression is fitted to all logs, and is available even if the halves of the
-logs are too short for a fit, or do not determine all parameters.
+logs are too short for a fit, or do not determine all parameters. Without another candidate, output
+error is also rejected if its force error to all logs is above twice that of this regression.
 
 If the fit includes a disturbing effect (`rows/effects.py`), the preferred method is used without a
 comparison, because the effect cannot be simulated. If the logs are too short to be halved, the
@@ -151,12 +152,12 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
     smallest = min(score.force for score in scores)
     allowed = [score for score in scores if score.force <= MOST_FORCE * smallest]
     winner, fit, against = _winner(allowed, scores, bench.load is not None)
-    alone = fit.method == OUTPUT_ERROR and all(score.name == OUTPUT_ERROR for score in scores)
-    apart = contradicted(first, fit) if alone else None
-    if apart is not None:
-        # each half of the logs is too short for a regression, so that only one method predicts
-        why = f"output-error is not used: its {apart} contradicts that of {first.method}"
-        return replace(first, why=f"{first.why}; {why}")
+    alone = fit.method == OUTPUT_ERROR and all(
+        score.name.startswith(OUTPUT_ERROR) for score in scores
+    )
+    against_alone = _against_alone(first, fit, rows, bench) if alone else None
+    if against_alone is not None:
+        return replace(first, why=f"{first.why}; output-error is not used: {against_alone}")
     return replace(
         fit,
         why=_why(data, winner, scores, sides is not None) + against,
@@ -164,6 +165,26 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
             TriedModel(score.name, score.position, score.force, score is winner, score.leaves)
             for score in scores
         ),
+    )
+
+
+def _against_alone(first: SlidingFit, fit: SlidingFit, rows: Rows, bench: Bench) -> str | None:
+    """Return why output error is rejected as the only candidate, or None.
+
+    Each half of the logs is then too short for a regression. The regression `first` to all logs is
+    compared with `fit` in their stead, and contradicts it only with the same load terms.
+    """
+    apart = contradicted(first, fit) if terms_of(fit.laws) == terms_of(first.laws) else None
+    if apart is not None:
+        return f"its {apart} contradicts that of {first.method}"
+    every = [one for side in rows for one in side]
+    errors = [force_error(every, start_values(one, bench), one.laws) for one in (first, fit)]
+    least, error = (1.0 if one is None else one for one in errors)
+    if error <= MOST_FORCE * least:
+        return None
+    return (
+        f"its force error of {100.0 * error:.3g} % is above {MOST_FORCE:g} times that of "
+        f"{first.method}"
     )
 
 

@@ -38,6 +38,7 @@ from frictool.identify.estimators.segment_simulation import (
 )
 from frictool.identify.estimators.structure_selection import choose_terms
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.clusters import clusters
@@ -354,8 +355,9 @@ def output_error(
     if effects:
         names = ", ".join(effect.term for effect in effects)
         raise UnusableLogs(f"output-error cannot simulate {names} of load.terms; use least-squares")
-    known = start_values(power_balance(records, bench, settings), bench)
-    terms, errors = choose_terms(records, bench, known, settings.confidence)
+    start = power_balance(records, bench, settings)
+    refuse_self_explained(start, records)
+    terms, errors = choose_terms(records, bench, start_values(start, bench), settings.confidence)
     return simulated_fit(records, bench, settings, terms, errors)
 
 
