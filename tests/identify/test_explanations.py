@@ -18,7 +18,8 @@ from frictool.documents.load_terms import LoadTerms, RipplePeriod, Term
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.registry import load as load_document
 from frictool.identify import identify
-from frictool.identify.estimators.explanation_search import search_explanations
+from frictool.identify.estimators.explanation_search import _certain, search_explanations
+from frictool.identify.estimators.load_hypotheses import harmonic
 from frictool.identify.estimators.position_spectrum import highest_peak
 from frictool.identify.estimators.searched_records import SearchedRecords
 from frictool.identify.fit_result import Explanation, SlidingFit, UnusableLogs
@@ -28,6 +29,7 @@ from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record, record_of
 from frictool.identify.regression.joint_test import joint_probability
 from frictool.identify.regression.tsqr import triangles
+from frictool.identify.rows import effects
 from frictool.identify.rows.slip_fit import stroke_samples
 from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
@@ -352,6 +354,19 @@ def test_declared_harmonics_are_fitted() -> None:
     assert first.sine.value == pytest.approx(axis.truth["ripple_sine"], abs=0.1)
     low, high = second.sine.interval
     assert low - 0.05 < 0.0 < high + 0.05
+
+
+def test_without_a_load_only_an_effect_without_a_rival_is_certain() -> None:
+    def found(one: effects.Hypothesis, *rivals: str) -> Explanation:
+        return Explanation(one.term, one.what, "used", 1.0, 1e-6, 0.8, "", rivals)
+
+    named = {one.term: one for one in effects.EFFECTS}
+    drift_, late, warm = (named[name] for name in ("drift", "delay", "warming"))
+    texts = [found(drift_, "a spring"), found(late, "a resonance"), found(warm)]
+    assert _certain([drift_, late, warm], texts) == ([late, warm], texts[1:])
+    ripple = harmonic("ripple")
+    with_load = [found(drift_, "a spring"), found(ripple)]
+    assert _certain([drift_, ripple], with_load) == ([drift_, ripple], with_load)
 
 
 def test_the_spectrum_finds_what_both_halves_have() -> None:

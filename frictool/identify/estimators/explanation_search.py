@@ -18,9 +18,10 @@ significantly and noticeably, and the parameters of the hypothesis differ signif
 longer explains effort with smoothing windows of twice the length. A load that noise hides is used
 if it passes both tests with these longer windows. At the end, a hypothesis is removed again in two
 cases: the prediction errors increase little without the hypothesis, or a parameter that cannot be
-negative has become negative, such as the coefficient of |acceleration|. A spring of negative
-stiffness is not used either: over a part of the travel, other effects look like such a spring, and
-such effects are more frequent.
+negative has become negative, such as the coefficient of |acceleration|. Without a load, an effect
+is removed again if another hypothesis predicts the strokes equally well (`_certain`). A spring of
+negative stiffness is not used either: over a part of the travel, other effects look like such a
+spring, and such effects are more frequent.
 
 Significant hypotheses that are not used are reported as left in the residual.
 docs/theory/identify_effects.md states further conditions and the significance levels.
@@ -230,6 +231,7 @@ def search_explanations(
             used = others
             best = rows.squares(used)
             out = [kept for kept in out if kept.name != declared_term(one) or kept.what != one.what]
+    used, out = _certain(used, out)
     used, kept_waves = _renumbered(used, waves, len(searched.declared_waves))
     if kept_waves != waves:
         waves, rows = kept_waves, searched.rows(kept_waves)
@@ -240,6 +242,24 @@ def search_explanations(
         terms = (*bench.load.terms, *load.terms[1:])
         load = msgspec.structs.replace(bench.load, terms=tuple(dict.fromkeys(terms)))
     return load, tuple(out)
+
+
+def _certain(
+    used: list[Hypothesis], explanations: list[Explanation]
+) -> tuple[list[Hypothesis], list[Explanation]]:
+    """Return hypotheses and explanations without effects that another hypothesis could replace.
+
+    A model without such an effect, fitted as if this effect were certain, predicts other logs worse
+    than a plain fit. If a load is used, its own test included these effects, and they are kept. So
+    are a measured temperature, a delay and a resonance.
+    """
+    if any(one.is_load for one in used):
+        return used, explanations
+    kept = (TEMPERATURE, *LIKE_ACCELERATION)
+    unsure = {(one.name, one.what) for one in explanations if one.rivals}
+    left = [one for one in used if one.term in kept or (declared_term(one), one.what) not in unsure]
+    names = {(declared_term(one), one.what) for one in left}
+    return left, [one for one in explanations if (one.name, one.what) in names]
 
 
 def _smoother_rows(
