@@ -37,7 +37,11 @@ from frictool.documents.name_list import listed
 from frictool.documents.quantity import si_unit
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
 from frictool.identify.axis_logs import SLIDING_LOG
-from frictool.identify.excite.breakaway_ramps import never_at_rest
+from frictool.identify.excite.breakaway_ramps import (
+    breakaway_range,
+    may_move_freely,
+    never_at_rest,
+)
 from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.excite.precise_strokes import (
     PreciseTest,
@@ -70,6 +74,11 @@ SLIDING = ("inertia", "viscous", "coulomb")
 NO_RAMPS = (
     "strokes show friction, inertia and offset; ramps are impossible, because the offset in "
     "bench.yaml exceeds the breakaway and moves the axis while the drive is 0"
+)
+LOADED = (
+    "strokes show friction, inertia and load; no ramps yet, because spring or gravity "
+    "(load.terms, load.most) may exceed the breakaway, and move the axis while the drive is 0 (an "
+    "arm falls)"
 )
 MOST_RAMPS = 2  # largest number of tests of drive ramps
 MOST_STROKES = 2  # logs of motion after which no further strokes are planned, if they gave no gain
@@ -153,6 +162,8 @@ def next_step(
     """
     refuse_sensor_lag(bench, "plan rehearses tests and designs controllers")
     if not logs:
+        if may_move_freely(bench):
+            return _strokes(bench, LOADED)
         impossible = never_at_rest(bench)
         return _ramps(bench) if impossible is None else _strokes(bench, NO_RAMPS)
     warnings: list[str] = []
@@ -204,7 +215,7 @@ def _identified(
         "ramp" not in outcome.result.kinds.values()
         and "breakaway" not in known
         and ramps < MOST_RAMPS
-        and never_at_rest(narrowed_bench(bench, model)) is None
+        and _rests(bench, model)
     ):
         return _ramps(bench, reached)
     untested = None
@@ -215,6 +226,18 @@ def _identified(
         except NoSolutionError as error:
             untested = str(error)
     return _designed(bench, logs, outcome, answer_of, narrow, untested)
+
+
+def _rests(bench: Bench, model: Model) -> bool:
+    """Return True if no load in the logs or in the bench moves the axis at a drive of 0."""
+    narrowed = narrowed_bench(bench, model)
+    load = None if model.laws is None else model.laws.load
+    if load is None or (load.gravity is None and load.stiffness is None):
+        return never_at_rest(narrowed) is None and not may_move_freely(narrowed)
+    if load.total is None:
+        return False
+    most = max(-load.total.least.interval[0], load.total.largest.interval[1])
+    return most <= breakaway_range(narrowed)[0]
 
 
 def _no_gain(bench: Bench, logs: Sequence[Log], outcome: IdentifiedModel) -> str:

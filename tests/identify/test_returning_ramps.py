@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from frictool.documents.bench import Bench
+from frictool.documents.load_terms import LoadTerms, RipplePeriod, Term
 from frictool.documents.quantity import Quantity
 from frictool.errors import NoSolutionError
 from frictool.identify.breakaway.onset_detection import passages_of, returning_share
 from frictool.identify.breakaway.position_law import COUNTS_PER_TERM, HIGHEST_ORDER, highest_order
 from frictool.identify.excite.breakaway_ramps import (
     breakaway_range,
+    may_move_freely,
     never_at_rest,
     returning_ramps,
 )
@@ -131,6 +133,33 @@ def test_a_weight_above_the_breakaway_allows_no_ramps(tmp_path: Path, sign: floa
     with pytest.raises(NoSolutionError, match="this load moves the axis") as error:
         excite("breakaway", weight, ExcitationSettings())
     assert len(f"error: {error.value}") <= 190
+
+
+def test_a_load_over_position_of_unknown_size_allows_no_ramps(tmp_path: Path) -> None:
+    """The load moves the axis never below the least breakaway, and always above the largest."""
+    bench = mass_bench(tmp_path)
+    least, _, most = breakaway_range(bench)
+    with pytest.raises(NoSolutionError, match=r"an arm falls\); state load.most") as error:
+        excite("breakaway", loaded(bench, "spring", None), ExcitationSettings())
+    assert len(f"error: {error.value}") <= 190
+    small, middle, large = (
+        loaded(bench, "spring", one) for one in (0.9 * least, 0.5 * (least + most), 1.1 * most)
+    )
+    assert never_at_rest(small) is None
+    assert not may_move_freely(small)
+    assert never_at_rest(middle) is None
+    assert may_move_freely(middle)
+    assert "load.most: at least" in (never_at_rest(large) or "")
+
+
+def test_a_ripple_moves_the_axis_within_a_period_only(tmp_path: Path) -> None:
+    assert never_at_rest(loaded(mass_bench(tmp_path), "ripple", None)) is None
+
+
+def loaded(bench: Bench, term: Term, most: float | None) -> Bench:
+    ripple = RipplePeriod(1.0, Quantity(0.1, unit="m")) if term == "ripple" else None
+    size = None if most is None else Quantity(most, unit="N")
+    return msgspec.structs.replace(bench, load=LoadTerms(("offset", term), ripple, size))
 
 
 def returning_bench(bench: Bench, offset: float) -> Bench:

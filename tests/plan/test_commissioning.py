@@ -16,7 +16,7 @@ from frictool.adapters.temperature_factors import reference_words
 from frictool.cli.excite_test import save_test
 from frictool.cli.plan import shown
 from frictool.documents.bench import Bench
-from frictool.documents.laws import FrictionOverPosition, Laws, Load, Polynomial, Ripple
+from frictool.documents.laws import FrictionOverPosition, Laws, Load, Polynomial, Ripple, TotalLoad
 from frictool.documents.load_terms import LoadTerms
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity, Span
@@ -151,6 +151,23 @@ def test_a_weight_above_the_breakaway_leaves_out_the_ramps(logs: tuple[Log, Log]
     assert first.test.sequence.columns[FEEDFORWARD][0] > weight
     assert next_step(BELT, logs[1:], refusing).name == "breakaway"
     assert next_step(BELT, [weighed(logs[1], weight)], refusing).name != "breakaway"
+
+
+def test_a_load_that_may_exceed_the_breakaway_comes_before_the_ramps(logs: tuple[Log, Log]) -> None:
+    """An arm falls; the ramps follow if strokes show that the load is smaller than the friction."""
+    bench = structs.replace(BELT, load=LoadTerms(("offset", "spring")))
+    assert next_step(bench, [], refusing).name == "friction and inertia"
+    model = identify(logs, BELT).model
+    least = breakaway_range(narrowed_bench(BELT, model))[0]
+    for size, rests in ((0.9 * least, True), (1.1 * least, False)):
+        total = TotalLoad(
+            Estimate(-size, -size, -size, "N", source="identified"),
+            Estimate(0.0, 0.0, 0.0, "N", source="identified"),
+            Quantity(0.0, unit="N"),
+        )
+        stiffness = Estimate(1.0, 1.0, 1.0, "N/m", source="identified")
+        laws = Laws(load=Load(stiffness=stiffness, total=total))
+        assert commissioning._rests(BELT, structs.replace(model, laws=laws)) is rests
 
 
 def weighed(log: Log, weight: float) -> Log:

@@ -113,8 +113,9 @@ def test_ramps_have_enough_onsets_for_identify() -> None:
 
 
 def loaded(bench: Bench, share: float) -> Bench:
-    """Return a bench with a load of `share` times the Coulomb friction."""
-    most = Quantity(share * bench.mechanics.coulomb.value, unit=si_unit("effort", bench.axis))
+    """Return a bench with a load of at most `share` times the Coulomb friction."""
+    high = share * bench.mechanics.coulomb.value
+    most = Quantity(high, 0.0, high, si_unit("effort", bench.axis))
     return structs.replace(bench, load=LoadTerms(("spring",), most=most))
 
 

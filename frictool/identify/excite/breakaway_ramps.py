@@ -35,6 +35,7 @@ from frictool.identify.excite.excitation_sequence import (
     check_samples,
     command_sequence,
 )
+from frictool.identify.rows.load_terms import GRAVITY, SPRING
 from frictool.plant.axis import DRIVE, POSITION, VELOCITY, AxisParameters, rest
 from frictool.typing import Vector
 
@@ -106,23 +107,46 @@ def breakaway_range(bench: Bench) -> tuple[float, float, float]:
 
 
 def never_at_rest(bench: Bench) -> str | None:
-    """Return why no ramps are possible if the offset moves every axis of the bench, else None.
+    """Return why no ramps are possible because a load moves the axis between them, else None.
 
     The drive is 0 between the ramps. An offset above the largest breakaway, such as the weight on a
-    vertical axis, then accelerates the axis.
+    vertical axis, then accelerates every axis of the bench. The same holds for a spring or gravity
+    of this size (`load.most`). If their size is not stated, an arm might fall.
     """
-    offset = bench.mechanics.offset
-    if offset is None:
-        return None
-    low, high = offset.interval
-    least, most = max(low, -high), breakaway_range(bench)[2]
-    if least <= most:
-        return None
+    offset, most = bench.mechanics.offset, breakaway_range(bench)[2]
     unit = si_unit("effort", bench.axis)
-    return (
-        f"mechanics.offset: at least {least:.4g} {unit}, above the breakaway (at most {most:.4g}): "
-        "between ramps, at a drive of 0, this load moves the axis; balance it, or use --kind sines"
-    )
+    known = []
+    if offset is not None:
+        known.append(("mechanics.offset", max(offset.interval[0], -offset.interval[1])))
+    moving = moving_terms(bench)
+    if moving and bench.load is not None and bench.load.most is not None:
+        known.append(("load.most", bench.load.most.interval[0]))
+    for key, least in known:
+        if least > most:
+            return (
+                f"{key}: at least {least:.4g} {unit}, above the breakaway (at most {most:.4g}): "
+                "between ramps, at a drive of 0, this load moves the axis; balance it, or use "
+                "--kind sines"
+            )
+    if moving and (bench.load is None or bench.load.most is None):
+        return (
+            f"load.terms contains {', '.join(moving)}, but load.most is missing: between ramps, at "
+            "a drive of 0, this load moves the axis (an arm falls); state load.most, or use "
+            "--kind sines"
+        )
+    return None
+
+
+def moving_terms(bench: Bench) -> list[str]:
+    """Return the declared loads that can move a free axis far: spring and gravity, not a ripple."""
+    return [term for term in (SPRING, GRAVITY) if bench.load and term in bench.load.terms]
+
+
+def may_move_freely(bench: Bench) -> bool:
+    """Return True if a declared spring or gravity may exceed the least breakaway."""
+    if not moving_terms(bench):
+        return False
+    return never_at_rest(bench) is not None or returning_ramps(bench) is not None
 
 
 def refuse_moving_load(bench: Bench) -> None:
@@ -133,10 +157,11 @@ def refuse_moving_load(bench: Bench) -> None:
 
 
 def returning_ramps(bench: Bench) -> str | None:
-    """Return a warning if a load may move the axis back between the ramps, else None.
+    """Return a warning if a load may move the axis between the ramps, else None.
 
     The load consists of offset and `load.most`. The drive is 0 between the ramps, so that the axis
-    moves if the load exceeds the breakaway.
+    moves if the load exceeds the breakaway: back to a stop, or to the position at which the load
+    balances. The simulated top speeds do not include the load.
     """
     limits, least = limits_of(bench), breakaway_range(bench)[0]
     load = limits.offset + limits.load
@@ -144,9 +169,9 @@ def returning_ramps(bench: Bench) -> str | None:
         return None
     unit = si_unit("effort", bench.axis)
     return (
-        f"ramps return the drive to 0: a load of up to {load:.3g} {unit} (offset, load.most) may "
-        f"exceed the breakaway (from {least:.3g}) and move the axis back each time; remove the "
-        "load, or narrow both ranges"
+        f"at a drive of 0, a load of up to {load:.3g} {unit} (offset, load.most) may exceed the "
+        f"breakaway (from {least:.3g}) and move the axis faster than stated (an arm falls); "
+        "balance it, or narrow both"
     )
 
 
