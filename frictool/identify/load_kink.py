@@ -155,9 +155,10 @@ class LoadKink:
 
     def warning(self, bench: Bench) -> str:
         """Return the warning that names the kink and its possible causes."""
+        causes = "contact" if self.rise else "spring preload, limp-home spring"
         return (
-            f"{self.shown(bench)} (spring preload, limp-home spring or end stop?); log the motion "
-            "on the other side of it separately"
+            f"{self.shown(bench)} ({causes} or end stop?); log the motion on the other side of it "
+            "separately"
         )
 
 
