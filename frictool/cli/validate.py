@@ -29,11 +29,12 @@ loop is the measured minus the simulated effort. A relative error is the norm of
 by the norm of the measured signal.
 
 The last line says whether the model reproduces the log. The answer is yes if the force error is at
-most 20 % plus the part that encoder noise explains, and the simulated position neither diverges nor
-leaves the travel. If only the model's wide intervals explain the error, the answer is undecided. A
-servo is judged by its position error, relative to the distance between goal and position. A model
-that is valid on one side of a position only (`valid_side`) is judged on this side; with less than
-half of the log there, the answer is undecided. The exit code is 1 if the answer is no or undecided.
+most 20 % plus the part that encoder noise explains, the simulated position neither diverges nor
+leaves the travel, and the model's friction can hold the axis wherever it rests. If only the model's
+wide intervals explain the error, the answer is undecided. A servo is judged by its position error,
+relative to the distance between goal and position. A model that is valid on one side of a position
+only (`valid_side`) is judged on this side; with less than half of the log there, the answer is
+undecided. The exit code is 1 if the answer is no or undecided.
 """
 positive = FiniteRange(0.0, min_open=True)
 

@@ -264,6 +264,15 @@ def test_drift_without_a_spring_is_normal(tmp_path: Path) -> None:
     assert "m at most: the simulation leaves the measured range of 0.4 m by far" in text
 
 
+def test_a_rest_that_friction_cannot_hold_is_no_yes(tmp_path: Path) -> None:
+    """Only an end of the travel explains why an effort of 45 N does not move the axis."""
+    log = pressed(tmp_path, 0.0)
+    holds, _, words = judged(model(tmp_path), log)
+    assert holds is None
+    assert "; the axis rests at -0.2 m under 4" in words
+    assert judged(sprung(tmp_path, 0.0), log)[0]
+
+
 def test_an_unstable_model_is_no_yes(tmp_path: Path) -> None:
     """A spring of -20 N/m instead of 0 hardly changes the effort, but 8 s amplify its error."""
     for travel in (True, False):

@@ -28,6 +28,10 @@ error. A model whose simulated position strays therefore does not reproduce the 
   e T min(1/b, T/J) during the time T. If a model with a controller, a spring or gravity drifts
   further than this bound, it is unstable.
 
+If the axis rests although the effort, minus offset and load of the model, exceeds the breakaway by
+more than `limit`, a force that the model lacks holds the axis (`rest_balance.py`). The answer is
+then not yes, either.
+
 The effort of a servo is computed from the few counts between goal and position. The error of a
 servo is therefore the rms position error, relative to the rms distance between goal and position,
 and `intervals` is 0.
@@ -55,6 +59,7 @@ from frictool.identify.fit_result import SLIDING
 from frictool.identify.fit_warnings import DOUBTFUL_FORCE_ERROR
 from frictool.identify.force_error import SlipRows, Values
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rest_balance import held_rest
 from frictool.identify.rows.smoothing import (
     acceleration_response,
     measurement_noise,
@@ -150,6 +155,10 @@ def judged_force(
     if stray is not None:
         line = f"undecided: {shown}; {stray}"
         return Judgement(None, error, limit, line, "look at --page, and check the model's load")
+    held = held_rest(model, record, limit * rows.rms_effort)
+    if held is not None:
+        line = f"undecided: {shown}; {held.words(model)}"
+        return Judgement(None, error, limit, line, "look for a contact, end stop or brake")
     if error > limit:
         line = f"undecided: {shown}; only the model's wide intervals explain the error"
         return Judgement(None, error, limit, line, "identify again with this log added")
