@@ -1,13 +1,13 @@
-"""Plants of two inertias that agree with the oscillation which an axis shows after it stops.
+"""Plants of two inertias that agree with an oscillation which an axis shows.
 
     J_m x_m'' = u - c (x_m' - x_l') - k (x_m - x_l) - friction of the motor
     J_l x_l'' =     c (x_m' - x_l') + k (x_m - x_l) - friction of the load
 
 The sum J of the inertias is known, but neither their ratio nor the place of the encoder. After a
 stop, friction holds the body without the encoder. The other body oscillates at sqrt(k/J_m) (encoder
-on the motor) or sqrt(k/J_l) (encoder on the load). With little friction, both bodies oscillate, at
-sqrt(k J/(J_m J_l)). For each ratio, each place of the encoder, and one or two oscillating bodies, k
-and c are chosen to give the measured frequency and damping.
+on the motor) or sqrt(k/J_l) (encoder on the load). With little friction, and while the axis moves,
+both bodies oscillate, at sqrt(k J/(J_m J_l)). For each ratio, each place of the encoder, and one or
+two oscillating bodies, k and c are chosen to give the measured frequency and damping.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
-
-from msgspec.structs import replace
 
 from frictool.documents.mechanism import (
     Block,
@@ -31,7 +29,7 @@ from frictool.documents.mechanism import (
 )
 from frictool.documents.model import Model, Parameters
 from frictool.documents.quantity import Axis, Quantity, si_unit
-from frictool.documents.resonances import Oscillation, Resonances
+from frictool.documents.resonances import Oscillation, Resonances, Ringing
 
 Body = Literal["motor", "load"]
 RATIOS = (0.1, 0.3, 1.0, 3.0, 10.0)  # inertia of the load divided by the inertia of the motor
@@ -41,15 +39,15 @@ OTHER: dict[Body, Body] = {"motor": "load", "load": "motor"}
 
 @dataclass(frozen=True)
 class TwoInertias:
-    """Plant of two inertias that reproduces the oscillation of an axis after it stops.
+    """Plant of two inertias that reproduces an oscillation of an axis.
 
-    - oscillation: oscillation of the axis after it stops
+    - oscillation: oscillation of the axis, after it stops or in motion
     - ratio: inertia of the load divided by the inertia of the motor
     - encoder: body with the encoder
     - rests: True if the other body rests during the oscillation, False if both oscillate
     """
 
-    oscillation: Oscillation
+    oscillation: Ringing
     ratio: float
     encoder: Body
     rests: bool
@@ -67,7 +65,7 @@ class TwoInertias:
 
     @property
     def pole(self) -> float:
-        """Return (frequency at which both bodies oscillate)/(frequency after stops)."""
+        """Return (frequency at which both bodies oscillate)/(frequency of the oscillation)."""
         return 1.0 / math.sqrt(1.0 - self.share) if self.rests else 1.0
 
     def resonances(self) -> Resonances:
@@ -82,8 +80,9 @@ class TwoInertias:
         return Resonances(poles, (self.name,), real_zeros_rad_s=real)
 
     def _pair(self, factor: float) -> Oscillation:
-        damping = max(-MOST_DAMPED, min(factor * self.oscillation.damping, MOST_DAMPED))
-        return replace(self.oscillation.scaled(factor), damping=damping)
+        one = self.oscillation.scaled(factor)
+        damping = max(-MOST_DAMPED, min(factor * one.damping, MOST_DAMPED))
+        return Oscillation(one.rad_s, damping, one.interval_rad_s)
 
     def mechanism(self, model: Model) -> Mechanism:
         """Return the mechanism with the parameters of `model`.
@@ -140,12 +139,13 @@ class TwoInertias:
         )
 
 
-def two_inertias(oscillation: Oscillation) -> Iterator[TwoInertias]:
-    """Yield the plants of two inertias that reproduce an oscillation of an axis after it stops."""
+def two_inertias(oscillation: Ringing) -> Iterator[TwoInertias]:
+    """Yield the plants of two inertias that reproduce an oscillation of an axis."""
     yield TwoInertias(oscillation, 1.0, "load", False)
     for ratio in RATIOS:
-        yield TwoInertias(oscillation, ratio, "load", True)
-        yield TwoInertias(oscillation, ratio, "motor", True)
+        if not oscillation.in_motion:
+            yield TwoInertias(oscillation, ratio, "load", True)
+            yield TwoInertias(oscillation, ratio, "motor", True)
         yield TwoInertias(oscillation, ratio, "motor", False)
 
 

@@ -29,7 +29,7 @@ from frictool.documents.missing_effects import (
     unstated_lag,
 )
 from frictool.documents.model import Model
-from frictool.documents.resonances import Oscillation
+from frictool.documents.resonances import Ringing
 from frictool.documents.spec import Spec
 from frictool.verify.ringing_loop import SLOWER, doubt_words, ringing_check
 from frictool.verify.verification_view import ringing_line
@@ -89,7 +89,7 @@ def slower_factor(controller: Controller, test: DesignTest) -> float | None:
 
 
 def _of_ringing(
-    controller: Controller, oscillation: Oscillation, test: DesignTest | None
+    controller: Controller, oscillation: Ringing, test: DesignTest | None
 ) -> tuple[str, str]:
     check = ringing_check(controller, vertex_points(controller), oscillation)
     if check.doubt:
@@ -102,7 +102,7 @@ def _of_ringing(
     return "", f"{note}; the steps meet the specification on these plants, too"
 
 
-def _failed(controller: Controller, oscillation: Oscillation, test: DesignTest) -> str:
+def _failed(controller: Controller, oscillation: Ringing, test: DesignTest) -> str:
     """Return the reason why a plant of two inertias fails in the steps; "" if none fails."""
     # a mechanism has no margin; `ringing_check` contains the margin
     spec = structs.replace(test.spec, modulus_margin=None)

@@ -43,7 +43,7 @@ FAIL if a requirement is not met, else UNDECIDED if one is undecided, else PASS.
 The model of a simulated log may be valid only on one side of a position (`valid_side`). If the
 positions leave this side, a requirement that is met becomes undecided, except the modulus margin.
 The same holds if the logs of the model show a lag (`late_position`) that the loop of the simulated
-log does not tolerate, or ringing after stops.
+log does not tolerate, or a ringing axis.
 
 --bench, or else the controller's bench, describes the columns of raw CSV and MAT logs, and provides
 the drive's limit and the backlash. Several logs are overlaid, aligned at their common steps.

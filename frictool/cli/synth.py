@@ -68,10 +68,11 @@ the steps of --scenario. The last lines are the worst value of each requirement.
 if a requirement is not met; the controller is written in either case. After the default steps are
 passed, shorter steps are simulated; a line states whether they meet the specification.
 
-If the axis rings after stops (`ringing` of the model), the controller is also tested on plants of
-two inertias. If the logs show a lag that the bench does not state (`late_position`), it is also
-tested with a drive that has this lag. The verdict is UNDECIDED (exit code 1) if one of these tests
-fails, or if the steps leave the side of a position on which the model is valid (`valid_side`).
+If the axis rings after stops or in motion (`ringing` of the model), the controller is also tested
+on plants of two inertias. If the logs show a lag that the bench does not state (`late_position`),
+it is also tested with a drive that has this lag. The verdict is UNDECIDED (exit code 1) if one of
+these tests fails, or if the steps leave the side of a position on which the model is valid
+(`valid_side`).
 """
 
 

@@ -36,7 +36,7 @@ bench has the controller's drive limit, winding and encoder, and the loop has th
 margin at every vertex of the model's intervals, also with the model's resonances and spring.
 Properties of the model that no margin covers are listed.
 
-If the axis rings after stops, the loop must also be stable and have the margin on plants of two
+If the axis rings, the loop must also be stable and have the margin on plants of two
 inertias with this oscillation; otherwise the result is undecided.
 
 A proof.yaml of `frictool prove` is proved again from the documents in it; every stored value must

@@ -20,7 +20,7 @@ from frictool.documents.design_blocks import SmoothingSamples, refuse_overflowin
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis, StiffnessEstimate
-from frictool.documents.resonances import Oscillation, Resonances
+from frictool.documents.resonances import Resonances, Ringing
 from frictool.documents.synthesis_methods import StoredMethod
 from frictool.runtime.object_view import ObjectView
 
@@ -545,7 +545,7 @@ class Controller(
     - `stiffness`: Stiffness of the spring in the model. Stability and the modulus margin at the
       vertices are verified without the spring and at both ends of the interval of the stiffness.
       Norms and certificate are valid without the spring.
-    - `ringing`: Oscillation of the axis after stops, which norms, margins and certificate do not
+    - `ringing`: Oscillation of the axis in the logs, which norms, margins and certificate do not
       include. `verify` tests the loop with plants that consist of two inertias and have this
       oscillation.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is replaced
@@ -581,7 +581,7 @@ class Controller(
     schedule: Schedule | None = None
     resonances: Resonances | None = None
     stiffness: StiffnessEstimate | None = None
-    ringing: Oscillation | None = None
+    ringing: Ringing | None = None
     measurement_hold_samples: HoldSamples = DEFAULT_HOLD_SAMPLES
 
     @property

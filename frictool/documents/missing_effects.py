@@ -9,7 +9,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate
-from frictool.documents.resonances import Oscillation
+from frictool.documents.resonances import Ringing
 from frictool.errors import NoSolutionError
 
 KEY = "missing_effects"  # key of the texts, one a line, in the record `log` of a simulated log
@@ -31,8 +31,8 @@ def missing_effects(model: Model) -> Iterator[str]:
             yield text
 
 
-def undeclared_ringing(model: Model) -> Oscillation | None:
-    """Return the oscillation after stops if the model has no resonance, else None."""
+def undeclared_ringing(model: Model) -> Ringing | None:
+    """Return the oscillation in the logs if the model has no resonance, else None."""
     return model.ringing if model.resonances is None else None
 
 
@@ -43,8 +43,9 @@ def missing_ringing(model: Model) -> str | None:
         return None
     rates = (one.rad_s, *(one.interval_rad_s or (one.rad_s,)))
     value, *ends = (f"{rate / (2.0 * math.pi):.3g}" for rate in rates)
+    when = "in motion" if one.in_motion else "after stops"
     return (
-        f"after stops, the position rings at {value} Hz ({' to '.join(ends)} Hz); margins and "
+        f"{when}, the position rings at {value} Hz ({' to '.join(ends)} Hz); margins and "
         "simulations ignore this oscillation; test controllers on a mechanism with this resonance"
     )
 

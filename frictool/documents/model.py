@@ -21,7 +21,7 @@ from frictool.documents.quantity import (
     TimeEstimate,
     ViscousEstimate,
 )
-from frictool.documents.resonances import Oscillation, Resonances
+from frictool.documents.resonances import Resonances, Ringing
 from frictool.documents.valid_side import ValidSide
 from frictool.runtime.object_view import ObjectView
 
@@ -93,9 +93,9 @@ class Model(
     - `measurement`: Properties of the rig, from `identify --measurement`.
     - `resonances`: Modes of compliant links, from `frictool reduce`. A controller is verified with
       these modes. A model with modes cannot be simulated as a single axis.
-    - `ringing`: Oscillation of the position after stops in the logs. Its frequency is valid while
-      the motor rests. Margins and simulations do not include this oscillation. `synth` and `verify`
-      test each controller with plants that consist of two inertias and have this oscillation.
+    - `ringing`: Oscillation of the position in the logs, after stops or in motion. Margins and
+      simulations do not include this oscillation. `synth` and `verify` test each controller with
+      plants that consist of two inertias and have this oscillation.
     - `valid_side`: Side of a position on which the model is valid. On the other side, the logs show
       another load.
     - `late_position`: Lag or delay of the position behind the effort, as the logs show it, in
@@ -120,7 +120,7 @@ class Model(
     presliding: Presliding | None = None
     measurement: Measurement | None = None
     resonances: Resonances | None = None
-    ringing: Oscillation | None = None
+    ringing: Ringing | None = None
     valid_side: ValidSide | None = None
     late_position: TimeEstimate | None = None
     bench_values_only: str | None = None

@@ -9,7 +9,7 @@ and d is a damping ratio.
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
 import msgspec
 
@@ -30,11 +30,24 @@ class Oscillation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     damping: Annotated[float, msgspec.Meta(gt=-1, lt=1)]
     interval_rad_s: Ends | None = None
 
-    def scaled(self, factor: float) -> Oscillation:
+    def scaled(self, factor: float) -> Self:
         """Return an oscillation with `factor` times the frequency and the same damping ratio."""
         ends = self.interval_rad_s
         scaled = None if ends is None else (factor * ends[0], factor * ends[1])
-        return Oscillation(factor * self.rad_s, self.damping, scaled)
+        return msgspec.structs.replace(self, rad_s=factor * self.rad_s, interval_rad_s=scaled)
+
+
+class Ringing(Oscillation, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Oscillation of the position that the logs of an axis show.
+
+    - `rad_s`: Undamped angular frequency.
+    - `damping`: Damping ratio.
+    - `interval_rad_s`: Interval [low, high] of the angular frequency.
+    - `in_motion`: True if the axis oscillates while it moves, so that all its bodies oscillate;
+      False if it rings after stops, when friction may hold a body.
+    """
+
+    in_motion: bool = False
 
 
 class Resonances(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

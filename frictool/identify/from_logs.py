@@ -24,6 +24,7 @@ from frictool.identify.measurement.bench_measurement import (
     motor_measurement,
     voltage_drop_warning,
 )
+from frictool.identify.measurement.resonance_in_motion import resonance_in_motion
 from frictool.identify.measurement.ringing import ringing
 from frictool.identify.measurement.winding import winding_of_records
 from frictool.identify.methods import IdentificationRequest
@@ -135,7 +136,8 @@ def identify(
         model = msgspec.structs.replace(model, measurement=motor_measurement(motor, bench))
     model = msgspec.structs.replace(
         model,
-        ringing=ringing([*records, *slopes], model),
+        ringing=ringing([*records, *slopes], model)
+        or resonance_in_motion(records, model.parameters.inertia.value),
         late_position=late_position(result.fit, records),
     )
     missing = missing_ringing(model)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from frictool.adapters.two_inertias import TwoInertias, two_inertias
 from frictool.documents.controller import Controller
-from frictool.documents.resonances import Oscillation
+from frictool.documents.resonances import Ringing
 from frictool.plant.polytope import PlantPoint
 from frictool.presentation.tie_rule import smallest
 from frictool.verify.feedback_loops import feedbacks_of
@@ -79,7 +79,7 @@ def ringing_doubt(controller: Controller) -> str:
 
 
 def ringing_check(
-    controller: Controller, points: Sequence[PlantPoint], oscillation: Oscillation
+    controller: Controller, points: Sequence[PlantPoint], oscillation: Ringing
 ) -> RingingCheck:
     """Return the smallest margin of a controller's loops on plants of two inertias.
 
@@ -104,7 +104,7 @@ def ringing_check(
 
 
 def _checks(
-    controller: Controller, points: Sequence[PlantPoint], oscillation: Oscillation
+    controller: Controller, points: Sequence[PlantPoint], oscillation: Ringing
 ) -> Iterator[RingingCheck]:
     loops = feedbacks_of(controller)
     lag = controller.bench.actuator.loop_time_constant_s

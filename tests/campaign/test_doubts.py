@@ -24,7 +24,7 @@ from frictool.documents.mechanism import Coupling
 from frictool.documents.missing_effects import missing_effects
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity
-from frictool.documents.resonances import Oscillation, Resonances
+from frictool.documents.resonances import Oscillation, Resonances, Ringing
 from frictool.documents.valid_side import ValidSide
 from frictool.report.verdict import judge
 from frictool.simulate.closed_loop import simulate_closed_loop
@@ -43,7 +43,7 @@ FAST, SLOW = 6000.0, 60.0  # rad/s, far above the loop and within it
 
 
 def ringing_model(rad_s: float) -> Model:
-    return replace(clutch_model(), ringing=Oscillation(rad_s, 0.03))
+    return replace(clutch_model(), ringing=Ringing(rad_s, 0.03))
 
 
 def player(setting: CampaignSetting) -> TrialPlayer:
@@ -62,7 +62,7 @@ def short() -> DesignTest:
     return design_test(clutch_model(), SPEC, scenario(seconds=0.4))
 
 
-@pytest.mark.parametrize("plant", [*two_inertias(Oscillation(80.0, 0.04))], ids=str)
+@pytest.mark.parametrize("plant", [*two_inertias(Ringing(80.0, 0.04))], ids=str)
 def test_every_plant_has_the_measured_oscillation(plant: TwoInertias) -> None:
     """The mechanism oscillates at 80 rad/s, and its transfer function has the poles and zeros."""
     model = clutch_model()
@@ -96,7 +96,7 @@ def test_every_plant_has_the_measured_oscillation(plant: TwoInertias) -> None:
 def test_a_slower_loop_tolerates_the_ringing(loop: Controller) -> None:
     """The named factor suffices for a faster oscillation of the axis; half of it does not."""
     points = vertex_points(loop)
-    rings = Oscillation(300.0, 0.03, (280.0, 320.0))
+    rings = Ringing(300.0, 0.03, (280.0, 320.0))
     check = ringing_check(loop, points, rings)
     assert not check.shown
     assert check.slower is not None
@@ -175,7 +175,7 @@ def test_simulated_verdicts_contain_the_ringing_without_a_margin(loop: Controlle
     loose = clutch_spec(rest=None, response_time_95_s=None, oscillations=None, modulus_margin=None)
     log = simulate_closed_loop(clutch_model(), loop, scenario(seconds=0.4), HERE)
     for rad_s, met in ((FAST, True), (SLOW, None)):
-        rung = replace(loop, ringing=Oscillation(rad_s, 0.03))
+        rung = replace(loop, ringing=Ringing(rad_s, 0.03))
         verdict = judge(loose, [log], rung)
         assert {one.met for one in verdict.requirements} <= {met, False}
         setting = trial().setting._replace(controller=rung, spec=loose)

@@ -16,7 +16,7 @@ from frictool.documents.laws import Laws, Load
 from frictool.documents.missing_effects import missing_ringing
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity
-from frictool.documents.resonances import Oscillation, Resonances
+from frictool.documents.resonances import Oscillation, Resonances, Ringing
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from studies.command_line import run
@@ -194,7 +194,7 @@ def test_a_model_of_the_bench_s_values_is_named_by_every_command_and_verdict(
 
 
 def test_every_command_warns_of_a_ringing_that_the_model_lacks(rig: ControllerRig) -> None:
-    rung = Oscillation(100.0, 0.02, (98.0, 102.0))
+    rung = Ringing(100.0, 0.02, (98.0, 102.0))
     lacking = msgspec.structs.replace(clutch_model(), ringing=rung)
     text = "after stops, the position rings at 15.9 Hz (15.6 to 16.2 Hz)"
     rig.write(lacking, played(), 0.1)

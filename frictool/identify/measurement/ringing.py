@@ -22,7 +22,7 @@ import scipy
 
 from frictool.adapters.axis_model import load_law
 from frictool.documents.model import Model
-from frictool.documents.resonances import Oscillation
+from frictool.documents.resonances import Ringing
 from frictool.identify.measurement.free_oscillation import (
     DRIVEN,
     FreeOscillation,
@@ -60,7 +60,7 @@ class _WindowOscillation(NamedTuple):
     oscillation: FreeOscillation
 
 
-def ringing(records: Sequence[MotionRecord], model: Model) -> Oscillation | None:
+def ringing(records: Sequence[MotionRecord], model: Model) -> Ringing | None:
     """Return the oscillation of the axis after it stops, or None if the records show none.
 
     The interval of the frequency is a prediction interval: it contains the frequency after one
@@ -80,7 +80,7 @@ def ringing(records: Sequence[MotionRecord], model: Model) -> Oscillation | None
     return _agreed(found, model.confidence)
 
 
-def _agreed(found: Sequence[FreeOscillation], confidence: float) -> Oscillation | None:
+def _agreed(found: Sequence[FreeOscillation], confidence: float) -> Ringing | None:
     rates = np.array([one.rate for one in found])
     if rates.size < LEAST_STOPS:
         return None
@@ -102,7 +102,7 @@ def _agreed(found: Sequence[FreeOscillation], confidence: float) -> Oscillation 
     mean = float(np.mean(undamped))
     half = scipy.stats.t.ppf(0.5 + confidence / 2.0, count - 1) * np.std(undamped, ddof=1)
     half = float(half) * math.sqrt(1.0 + 1.0 / count)
-    return Oscillation(mean, decay / mean, (max(mean - half, mean / 2.0), mean + half))
+    return Ringing(mean, decay / mean, (max(mean - half, mean / 2.0), mean + half))
 
 
 def _mean(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
