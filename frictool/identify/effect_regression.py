@@ -25,6 +25,7 @@ from frictool.identify.estimators.load_hypotheses import declared_term, harmonic
 from frictool.identify.estimators.searched_records import ECCENTRICITY, SearchedRecords
 from frictool.identify.fit_result import (
     SLIDING,
+    Explanation,
     Interval,
     SlidingFit,
     UnusableLogs,
@@ -37,7 +38,14 @@ from frictool.identify.outcome import sliding_intervals
 from frictool.identify.regression.multiway import equal_bins, shared_variance
 from frictool.identify.regression.regression import SingularRegressors, solve_triangles
 from frictool.identify.regression.term_selection import beyond_chance
-from frictool.identify.rows.effects import DELAY, WARMING, Hypothesis
+from frictool.identify.rows.effects import (
+    DELAY,
+    FALLS,
+    RISING,
+    RISING_SETTLE,
+    WARMING,
+    Hypothesis,
+)
 from frictool.identify.rows.load_terms import (
     GRAVITY,
     RIPPLES,
@@ -450,9 +458,46 @@ class EffectRegression:
         held_out = 1.0
         if before is not None and after is not None:
             held_out = float(np.sum(after) / max(np.sum(before), 1e-300))
-        what = tuple(one.what for one in more)
-        settle = more[-1].settle
+        named = [
+            self.named(one, [other for other in hypotheses if other is not one]) for one in more
+        ]
+        what = tuple(one.what for one in named)
+        settle = named[-1].settle
         return [AcceptedEffects(what, significance, shift, held_out, whole=whole, settle=settle)]
+
+    def named(self, one: Hypothesis, others: Sequence[Hypothesis]) -> Hypothesis:
+        """Return the hypothesis `one` with name and advice that suit its effort.
+
+        The effort is fitted together with the hypotheses `others`. The columns of FALLS also
+        describe a friction that rises less than in proportion to speed. Over the speed, their
+        effort is then concave: its regression on a parabola has a negative curvature. A Stribeck
+        curve cannot be fitted to an axis with a load.
+        """
+        model = [*others, one]
+        values = self._values(model) if one.term in FALLS else None
+        if values is None:
+            return one
+        samples = self.rows.samples
+        names = [name for fall in model if fall.term in FALLS for name in fall.names]
+        friction = samples.sign * sum(values[name] * samples.loads[name] for name in names)
+        if np.polynomial.Polynomial.fit(np.abs(samples.velocity), friction, 2).coef[2] < 0.0:
+            return replace(one, what=RISING, settle=RISING_SETTLE)
+        loaded = any(name in values for parts in TERMS.values() for name in parts)
+        return replace(one, settle=f"add {one.term} to load.terms") if loaded else one
+
+    def explained(self, one: Explanation) -> Explanation:
+        """Return the explanation with name and advice that suit its fitted effort (`named`)."""
+        falls = {h.term: h for h in self.hypotheses if h.term in FALLS}
+        named = {
+            term: self.named(h, [other for other in self.used if other is not h])
+            for term, h in falls.items()
+        }
+        names = {h.what: named[term].what for term, h in falls.items()}
+        rivals = tuple(names.get(what, what) for what in one.rivals)
+        if one.name not in named:
+            return replace(one, rivals=rivals)
+        kind = named[one.name]
+        return replace(one, what=kind.what, settle=kind.settle, rivals=rivals)
 
     def alternative(self, hypotheses: Sequence[Hypothesis]) -> list[AcceptedEffects]:
         """Return the shift of the parameters from the model to a fit with `hypotheses`, or [].

@@ -75,7 +75,7 @@ from frictool.identify.motion_record import (
     sensed,
 )
 from frictool.identify.outcome import sliding_intervals
-from frictool.identify.rows.effects import DELAY
+from frictool.identify.rows.effects import DELAY, RISING, WHAT
 from frictool.identify.sensor_lag_doubt import sensor_lag_doubts
 from frictool.identify.winding_delay import (
     current_between_samples,
@@ -214,7 +214,11 @@ def widened(
         if one.half_width > NOTABLE * plain.parameters[name].half_width > 0.0
     }
     return WidenedFit(
-        replace(fit, parameters=wide),
+        replace(
+            fit,
+            parameters=wide,
+            explanations=tuple(regression.explained(one) for one in fit.explanations),
+        ),
         certain[0] if certain else None,
         ratios,
         _beyond(wide, bench, certain),
@@ -373,12 +377,14 @@ def _of_rivals(
     """
     out = []
     for one in fit.explanations:
+        # a fit in which this effect is already named after its effort (`EffectRegression.named`)
+        names = [WHAT["stribeck"] if what == RISING else what for what in (one.what, *one.rivals)]
         used = [other for other in regression.used if declared_term(other) == one.name]
         if not one.rivals or (one.state == "used" and len(used) != 1):
             continue  # several ripples have the same name
         others = [h for h in regression.used if one.state == "left" or h is not used[0]]
         for rival in regression.free:
-            if rival.what in (one.what, *one.rivals) and rival.term != ECCENTRICITY:
+            if rival.what in names and rival.term != ECCENTRICITY:
                 model = replace(regression, used=(*others, rival))
                 out += regression.alternative(model.used)
                 if rival.term == DELAY:

@@ -94,6 +94,24 @@ def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: B
     assert note.endswith("declare load.terms: [offset, stribeck]")
 
 
+def test_friction_that_rises_less_than_in_proportion_to_speed_is_no_fall(bench: Bench) -> None:
+    """The same columns fit a root of the speed; a Stribeck curve would not."""
+    _, _, velocity = axis()
+    result = both(axis(0.03 * np.sign(velocity) * np.abs(velocity) ** 0.5)[0], bench)[1]
+    (note,) = result.notes(result.fit.parameters)
+    assert "friction that rises less than in proportion to speed (" in note
+    assert "stribeck" not in note
+
+
+def test_under_a_load_no_stribeck_curve_is_advised(bench: Bench) -> None:
+    _, _, velocity = axis()
+    fall = 0.03 * np.sign(velocity) * np.exp(-np.abs(velocity) / 3.0)
+    loaded = msgspec.structs.replace(bench, load=LoadTerms(("offset", "spring")))
+    result = both(axis(fall)[0], loaded)[1]
+    (note,) = result.notes(result.fit.parameters)
+    assert note.endswith("add stribeck to load.terms")
+
+
 @pytest.mark.parametrize(("falling", "warned"), [(0.1, False), (0.3, True)])
 def test_an_effect_beyond_the_interval_is_a_warning(
     bench: Bench, falling: float, warned: bool

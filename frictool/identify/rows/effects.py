@@ -71,6 +71,10 @@ WHAT: dict[Term, str] = {
     "delay": "a delay or lag between effort and position",
     "resonance": "a resonance",
 }
+# effects whose columns describe a fall of the friction with speed, if their effort is positive
+FALLS: tuple[Term, ...] = ("stribeck", "wide_stribeck")
+RISING = "friction that rises less than in proportion to speed"
+RISING_SETTLE = "record a motion at the speeds of use only, which viscous and Coulomb friction fit"
 # speeds w of the columns `stribeck` and `wide_stribeck`, relative to the top speed
 SLOW_SHARES, WIDE_SHARES = ((0.05, 0.1, 0.2), (0.2, 0.4))
 
