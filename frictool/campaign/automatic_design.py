@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
 from msgspec import structs
 
 from frictool.campaign.design_trial import DesignTest, longest_step_of
@@ -29,18 +30,19 @@ from frictool.documents.design import Design
 from frictool.documents.design_blocks import FeedforwardDesign, ProfileDesign
 from frictool.documents.missing_effects import undeclared_ringing
 from frictool.documents.spec import Spec
+from frictool.logs.quality.overspeed import exceeds_top_speed
 from frictool.runtime.object_view import ResultView
 from frictool.synth.feasibility import check_feasible, check_played_step
 from frictool.synth.least_drive import check_least_drive
 from frictool.synth.load_disturbance import disturbance
 from frictool.synth.search.candidate_controller import CandidateControllers
-from frictool.synth.search.candidate_family import CandidateFamily
+from frictool.synth.search.candidate_family import CandidateFamily, rounded
 from frictool.synth.search.compensated_cascade import COMPENSATED_CASCADE
 from frictool.synth.search.design_scales import DesignScales, design_scales
 from frictool.synth.search.lpv_cascade import LPV_CASCADE
 from frictool.synth.search.pi_cascade import PI_CASCADE
-from frictool.synth.search.played_search import CandidateSearch, FamilyOutcome
-from frictool.synth.search.played_tests import PlayedTests
+from frictool.synth.search.played_search import Candidate, CandidateSearch, FamilyOutcome
+from frictool.synth.search.played_tests import RESERVE, PlayedTests
 from frictool.synth.search.position_blocks import RELEASE, fastest_filter
 from frictool.synth.synthesis import require_identified, synthesise
 
@@ -62,6 +64,10 @@ CONTINUABLE = 0.15  # largest relative violation of a limit for which a family i
 # on an axis that rings: most searches for a slower loop, and their number of candidates relative to
 # the first search
 SLOWER_LOOPS, SLOWER_SHARE = 3, 0.25
+# axis above its top speed: number of slower prefilters that are simulated with the fastest plants,
+# number of these plants, ratio of the requested speed to the top speed, and number of prefilters
+# that are simulated with all plants, because others may become the fastest
+SLOWER_PREFILTERS, FASTEST, SPEED_RESERVE, SPEED_TRIALS = 12, 3, 0.98, 2
 EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified response time
 
 
@@ -144,7 +150,8 @@ def design_automatically(
     search = _Search(test, tests, scales, CandidateControllers(model, spec), progress)
     searches = [search.of(family) for family in families]
     try:
-        return search.tolerant(search.first_found(searches), families)
+        found = search.tolerant(search.first_found(searches), families)
+        return found if "prefilter" in kept else search.within_top_speed(found, families)
     except KeyboardInterrupt:
         outcomes = [one.outcome() for one in searches if one.tried]
         raise SearchInterruptedError(AutomaticDesign(tuple(outcomes))) from None
@@ -217,6 +224,56 @@ class _Search:
                 break
             found = AutomaticDesign((*found.outcomes, outcome))
         return found
+
+    def within_top_speed(
+        self, found: AutomaticDesign, families: Sequence[CandidateFamily]
+    ) -> AutomaticDesign:
+        """Slow down the prefilter of the found design until no plant exceeds the top speed.
+
+        The top speed is `mechanics.top_speed` of the bench. The design does not change if no plant
+        exceeds it, or if the slower prefilter does not meet the specification.
+        """
+        last = found.outcomes[-1]
+        if not found.passed:
+            return found
+        family = next(one for one in families if one.name == last.family)
+        for _ in range(SPEED_TRIALS):
+            assert last.best is not None
+            design = self.slower_prefilter(last.best)
+            if design is None:
+                break
+            self.progress("search: a slower prefilter, to keep mechanics.top_speed")
+            search = self.of(replace(family, design=lambda *_, made=design: made))
+            outcome = search.run_at(last.best.point, RESERVE if last.with_reserve else 0.0)
+            if not outcome.passed:
+                break
+            last = replace(last, best=outcome.best, trade=(*last.trade, *outcome.trade))
+        return replace(found, outcomes=(*found.outcomes[:-1], last))
+
+    def slower_prefilter(self, candidate: Candidate) -> Design | None:
+        """Return the candidate's design with a prefilter that keeps the top speed.
+
+        Only the plants with the largest speeds are simulated. Return None if the candidate keeps
+        the top speed, if it has no prefilter, or if no prefilter was found.
+        """
+        bench, design = self.test.model.bench, candidate.design
+        whole = [one for one in candidate.runs if len(one.plants) == self.tests.plants]
+        if design.prefilter is None or not whole:
+            return None
+        fastest = max(whole, key=lambda one: float(one.speeds.max()))
+        speed = float(fastest.speeds.max())
+        if bench.mechanics.top_speed is None or not exceeds_top_speed(speed, bench):
+            return None
+        plants = [fastest.plants[row] for row in np.argsort(-fastest.speeds)[:FASTEST]]
+        for _ in range(SLOWER_PREFILTERS):
+            share = SPEED_RESERVE * bench.mechanics.top_speed.value / speed
+            frequency = rounded(share * design.prefilter.natural_frequency_rad_s)
+            prefilter = structs.replace(design.prefilter, natural_frequency_rad_s=frequency)
+            design = structs.replace(design, prefilter=prefilter)
+            speed = float(self.tests.whole(self.controllers(design), plants).speeds.max())
+            if not exceeds_top_speed(speed, bench):
+                return design
+        return None
 
     def of(self, family: CandidateFamily) -> CandidateSearch:
         return CandidateSearch(

@@ -219,6 +219,8 @@ def command(
             "search": None if search is None else search.json(),
             "played": None if played is None else played.json(),
         }
+        if played is not None and played.overspeed:
+            view["notes"].append(played.overspeed)
         if doubts is not None:
             view["undecided"] = list(doubts.reasons)
             view["notes"] += doubts.notes

@@ -47,6 +47,15 @@ class PlayedTest:
         """Return True if every requirement is met, and `decided` is True."""
         return self.decided and self.all_met
 
+    @property
+    def overspeed(self) -> str:
+        """Return a warning if a plant exceeds `mechanics.top_speed` of the bench, else ""."""
+        from frictool.logs.quality.overspeed import overspeed_words
+
+        speeds = self.verdict.speeds
+        name = self.test.names[self.verdict.plants[int(speeds.argmax())]]
+        return overspeed_words(float(speeds.max()), self.test.model.bench, name)
+
     def lines(self, colour: bool) -> list[str]:
         """Return one line per requirement, then the verdict."""
         from frictool.campaign.views.played_view import (
@@ -65,6 +74,7 @@ class PlayedTest:
             text = shorter_text(self.shorter)
             marked = colour and self.shorter.failed
             lines.append(click.style(text, fg=COLOURS[None]) if marked else text)
+        lines += [self.overspeed] if self.overspeed else []
         return [*lines, headline]
 
     def json(self) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from frictool.documents.valid_side import KEY as SIDE
 from frictool.documents.valid_side import ValidSide
 from frictool.errors import FrictoolError, LogError
 from frictool.logs.log import Log, Stream
+from frictool.logs.quality.overspeed import overspeed_of_streams
 from frictool.report.drive_judges import judge_peak, judge_rest, judge_saturation
 from frictool.report.evidence import (
     NO_CONTROLLER,
@@ -112,6 +113,7 @@ def verdict_of(request: ReportRequest) -> Verdict:
         *_changed(controller),
         *(beyond or _played_beyond(logs, loop)),
         *_simulated_models(logs),
+        *_overspeed(streams, bench),
         *_examples(spec, logs, bench),
     ]
     return Verdict(
@@ -283,6 +285,12 @@ def _simulated_models(logs: Sequence[Log]) -> list[str]:
         for text in one.get(MISSING, "").splitlines()
     ]
     return list(dict.fromkeys(notes))
+
+
+def _overspeed(evidence: Sequence[StreamEvidence], bench: Bench | None) -> list[str]:
+    simulated = {one.name: one.stream for one in evidence if one.simulated}
+    words = "" if bench is None else overspeed_of_streams(simulated, bench)
+    return [words] if words else []
 
 
 def _specified_judges(spec: Spec) -> dict[str, Judge]:

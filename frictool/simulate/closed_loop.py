@@ -11,6 +11,7 @@ cannot measure (simulate/axis_channels.py).
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -41,6 +42,7 @@ from frictool.documents.valid_side import KEY as SIDE
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.logs.log import Log, Stream
 from frictool.logs.provenance import with_provenance
+from frictool.logs.quality.overspeed import overspeed_of_streams
 from frictool.simulate.axis_channels import AxisChannels, ControllerSignals, fault_warning
 from frictool.simulate.axis_plant import AxisPlant
 from frictool.simulate.compiled_target import CompiledTarget
@@ -237,7 +239,10 @@ class StepTest(Generic[V]):
             **metadata,
         }
         warnings += self._outside(scenario)
-        log = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
+        log = Log(tuple(streams), metadata, scenario.name)
+        if fast := overspeed_of_streams({one.topic: one for one in log.axes}, controller.bench):
+            warnings.append(fast)
+        log = dataclasses.replace(log, warnings=tuple(warnings))
         return log if provenance is None else with_provenance(log, provenance)
 
     def _doubt(self) -> str:

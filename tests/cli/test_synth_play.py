@@ -49,11 +49,12 @@ def test_a_controller_that_misses_the_specification_is_written_with_exit_code_1(
     assert done.code == 1
     assert (tmp_path / "controller.yaml").exists()
     lines = done.stdout.splitlines()
-    assert lines[-8] == (
+    assert lines[-9] == (
         "played: one step, 1 step of 50 rad, 0.6 s; nominal plant, 16 vertices from 2 "
         "positions within an encoder count, 40 drawn plants (seed 1)"
     )
-    assert lines[-6].startswith("NOT MET     overshoot ")
+    assert lines[-7].startswith("NOT MET     overshoot ")
+    assert "above mechanics.top_speed, 400 rad/s" in lines[-2]
     assert lines[-1].startswith("FAIL: ")
     assert lines[-1].endswith(" of 73 plants meet them all")
 

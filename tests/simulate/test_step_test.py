@@ -19,9 +19,11 @@ from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario, Step
 from frictool.errors import FrictoolError, InputFileError, NoSolutionError
 from frictool.logs.log import Log
+from frictool.report.verdict import judge
 from frictool.simulate.axis_variants import variants_of
 from frictool.simulate.closed_loop import simulate_closed_loop
 from studies.rigs.clutch_model import ROOT, clutch_model
+from studies.rigs.step_logs import clutch_spec
 from studies.rigs.step_scenario import controller, scenario
 from tests.support.provenance import HERE
 
@@ -64,6 +66,26 @@ def test_the_load_follows_within_the_backlash() -> None:
     gap = signals["position_true"] - signals["load_position"]
     assert gap[0] == 0.0
     assert np.max(np.abs(gap)) == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_a_speed_above_the_top_speed_is_a_warning_of_simulation_and_report(share: float) -> None:
+    by = controller()
+    speed = max(
+        float(np.abs(one.signals["velocity"]).max())
+        for one in log_of(scenario(variants="vertices"), by=by).axes
+    )
+    mechanics = msgspec.structs.replace(
+        by.bench.mechanics, top_speed=Quantity(value=share * speed, unit="rad/s")
+    )
+    by = msgspec.structs.replace(by, bench=msgspec.structs.replace(by.bench, mechanics=mechanics))
+    log = log_of(scenario(variants="vertices"), by=by)
+    remarks = judge(clutch_spec(modulus_margin=None), [log], bench=by.bench).remarks
+    for lines in (log.warnings, remarks):
+        found = [line for line in lines if "above mechanics.top_speed" in line]
+        assert len(found) == (share < 1.0)
+        assert all(f"reaches {speed:.4g} rad/s" in line for line in found)
+    assert not judge(clutch_spec(modulus_margin=None), [log]).remarks
 
 
 def test_vertices_are_streams_of_their_own_with_their_own_plant() -> None:

@@ -117,7 +117,7 @@ def test_an_encoder_that_is_lost_is_the_same_in_every_channel_too(
     assert not signals["command"][303:].any()
     assert signals["command"][50:53].all()
     warned = [
-        one for one in simulated.warnings if one.startswith("/axis: ")
+        one for one in simulated.warnings if one.startswith("/axis: the controller")
     ]  # not of the model, which the example is not verified for
     assert warned == [
         "/axis: the controller reports a fault at 0.303 s, after more than 3 samples without a "

@@ -86,6 +86,8 @@ class PlayedVerdict(ResultView):
     failed : mapping
         Reason for each plant that could not be simulated, by the plant's index. The values of such
         a plant are NaN.
+    speeds : ndarray, shape (p,)
+        Largest speed in each run [rad/s | m/s]; 0 if the plant could not be simulated.
     """
 
     metrics: tuple[MetricLimit, ...]
@@ -94,6 +96,7 @@ class PlayedVerdict(ResultView):
     reserves: Vector
     met: Marks
     failed: Mapping[int, str]
+    speeds: Vector
 
     @property
     def requirements(self) -> tuple[PlayedRequirement, ...]:
@@ -221,11 +224,15 @@ class ControllerJudge:
         judge = self._judge_of(controller)
         judge.test.reference(self.scenarios[0])  # raises the errors that do not depend on the plant
         trials: list[TrialResult] = []
+        speeds: list[float] = []
         for number, plant in enumerate(chosen, start=1):
             trials.append(self._played(judge, plant))
-            if until is not None and until(verdict := self._verdict(chosen[:number], trials)):
+            speeds.append(0.0 if trials[-1].failed else judge.speed)
+            if until is not None and until(
+                verdict := self._verdict(chosen[:number], trials, speeds)
+            ):
                 return verdict
-        return self._verdict(chosen, trials)
+        return self._verdict(chosen, trials, speeds)
 
     def reference_range(self, controller: Controller) -> tuple[float, float]:
         """Return the lowest and the highest position [rad | m] of the reference and the start."""
@@ -254,7 +261,9 @@ class ControllerJudge:
         except FrictoolError as error:
             return TrialResult(plant, (), (), str(error))
 
-    def _verdict(self, plants: tuple[int, ...], trials: Sequence[TrialResult]) -> PlayedVerdict:
+    def _verdict(
+        self, plants: tuple[int, ...], trials: Sequence[TrialResult], speeds: Sequence[float]
+    ) -> PlayedVerdict:
         shape = (len(plants), len(self.metrics))
         values = np.full(shape, math.nan)
         met = np.full(shape, UNDECIDED, dtype=np.int8)
@@ -268,7 +277,7 @@ class ControllerJudge:
             ]
         ).reshape(shape)
         failed = {trial.draw: trial.failed for trial in trials if trial.failed}
-        return PlayedVerdict(self.metrics, plants, values, reserves, met, failed)
+        return PlayedVerdict(self.metrics, plants, values, reserves, met, failed, np.array(speeds))
 
 
 def relative_reserve(metric: MetricLimit, value: float) -> float:

@@ -17,6 +17,7 @@ from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
+from frictool.engine.closed_loop import TRUE_VELOCITY
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.logs.log import Log
 from frictool.report.requirement import Requirement
@@ -47,7 +48,12 @@ class CampaignSetting(NamedTuple):
 
 
 class ScenarioJudge:
-    """Simulation and judgement of scenarios with one plant and one controller."""
+    """Simulation and judgement of scenarios with one plant and one controller.
+
+    `speed`: largest true speed in the last trial [rad/s | m/s].
+    """
+
+    speed = 0.0
 
     def __init__(self, setting: CampaignSetting) -> None:
         self.setting = setting
@@ -86,6 +92,7 @@ class ScenarioJudge:
     def trial(self, index: int, scenario: Scenario) -> TrialResult:
         """Simulate a scenario; return the result with `index` as the index of the draw."""
         (run,) = self.test.runs(scenario, self.setting.recorded)
+        self.speed = float(np.abs(run.record[:, TRUE_VELOCITY]).max())
         sensors = run.prepared.sensors
         outcomes = None
         if self._is_plain and not scenario.commands:

@@ -220,6 +220,19 @@ class CandidateSearch:
             self._found(lambda drawn: self._evolve([start], start, NEAR, drawn), random)
         )
 
+    def run_at(self, point: Vector, reserve: float) -> FamilyOutcome:
+        """Play the candidate at a point (d,) of the unit cube only; return the outcome.
+
+        reserve: relative distance to each limit that the candidate must keep.
+        """
+        random = self._begin(lambda text: None)
+        self.reserve = reserve
+
+        def play(_: np.random.Generator) -> None:
+            self._objective(point)
+
+        return self.outcome(self._found(play, random))
+
     def _begin(self, progress: Callable[[str], None]) -> np.random.Generator:
         self.progress = progress
         self.hard = set(self.tests.hard)

@@ -55,6 +55,10 @@ class JudgedRuns(Protocol):
     def failed(self) -> Mapping[int, str]:
         """Return the reason for each plant that could not be simulated, by the plant's index."""
 
+    @property
+    def speeds(self) -> Vector:
+        """Return the largest speed of each plant [rad/s | m/s], (plants,)."""
+
 
 class CandidateJudge(Protocol):
     """Function that simulates a controller with all plants, or with the plants `only`."""
