@@ -21,6 +21,10 @@ from frictool.verify.resonant_loop import resonant_check
 from frictool.verify.speed_loop import is_required
 from frictool.verify.vertices import vertex_points
 
+# a resonance that no log shows: damping ratio, and tried frequencies relative to half the sampling
+# rate, from the highest
+UNKNOWN_DAMPING = 0.02
+TRIED = tuple(2.0 ** (-k / 4.0) for k in range(29))
 SLOWER = (2.0, 4.0, 8.0, 16.0)  # tried ratios of the loop's time constants to the present ones
 
 
@@ -101,6 +105,40 @@ def ringing_check(
         if all(one.shown for one in _checks(controller, points, faster))
     )
     return replace(worst, slower=next(shown, None))
+
+
+def lowest_tolerated(controller: Controller) -> float | None:
+    """Return the frequency [Hz] above which a resonance leaves the loops stable.
+
+    The loops are checked at the vertex with the smallest margin, with plants of two inertias that
+    oscillate at the frequencies TRIED with the damping ratio UNKNOWN_DAMPING. The result is half
+    the sampling rate if a loop is unstable there, and None if no tried frequency makes a loop
+    unstable.
+    """
+    vertices = controller.verified.vertices
+    worst = smallest([one.modulus_margin for one in vertices])[1]
+    points = vertex_points(controller)[worst : worst + 1]
+    highest = 0.5 / controller.sample_period_s
+    above = highest
+    for share in TRIED:
+        known = Ringing(2.0 * math.pi * share * highest, UNKNOWN_DAMPING, in_motion=True)
+        if any(one.modulus_margin == 0.0 for one in _checks(controller, points, known)):
+            return above
+        above = share * highest
+    return None
+
+
+def unknown_resonance(controller: Controller) -> list[str]:
+    """Return a line on resonances that no log shows; [] if the controller knows a resonance."""
+    if controller.ringing is not None or controller.resonances is not None:
+        return []
+    above = lowest_tolerated(controller)
+    if above is None:
+        return []
+    return [
+        f"rigid plants: a drive train that oscillates below {above:.3g} Hz, which no log showed, "
+        f"may make a loop unstable (damping ratio {UNKNOWN_DAMPING:g})"
+    ]
 
 
 def _checks(

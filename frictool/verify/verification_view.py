@@ -13,7 +13,7 @@ from frictool.verify.model_check import ModelCheck
 from frictool.verify.proved_bound import ProvedBound
 from frictool.verify.recheck import Verification
 from frictool.verify.rest_view import rest_lines
-from frictool.verify.ringing_loop import RingingCheck
+from frictool.verify.ringing_loop import RingingCheck, unknown_resonance
 
 NAMES = ("inertia", "viscous", "coulomb", "constant")
 MOST_LINES = 12  # differences that the text lists
@@ -130,6 +130,7 @@ def _proved(verification: Verification) -> list[str]:
         *output,
         *map(_bound, verification.proved),
         *(f"not proved: {reason}" for reason in certificate.not_proved.values()),
+        *unknown_resonance(controller),
         *rest_lines(controller, certificate),
     ]
 

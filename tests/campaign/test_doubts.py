@@ -29,7 +29,7 @@ from frictool.documents.valid_side import ValidSide
 from frictool.report.verdict import judge
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.verify.model_check import check_model
-from frictool.verify.ringing_loop import ringing_check
+from frictool.verify.ringing_loop import lowest_tolerated, ringing_check, unknown_resonance
 from frictool.verify.vertices import vertex_points
 from studies.rigs.campaign_rig import trial
 from studies.rigs.clutch_model import clutch_model
@@ -55,6 +55,21 @@ def loop() -> Controller:
     """Return a controller of the clutch that has a margin of 0.3 at its two vertices."""
     made = truthful(controller())
     return replace(made, verified=replace(made.verified, modulus_margin_specified=0.3))
+
+
+def test_the_loop_tolerates_resonances_above_the_stated_frequency_only(loop: Controller) -> None:
+    above = lowest_tolerated(loop)
+    assert above is not None
+    points = vertex_points(loop)
+
+    def margin(hertz: float) -> float:
+        rings = Ringing(2.0 * math.pi * hertz, 0.02, in_motion=True)
+        return ringing_check(loop, points, rings).modulus_margin
+
+    assert all(margin(factor * above) > 0.0 for factor in (1.0, 1.3, 2.0))
+    assert margin(above / 2.0**0.25) == 0.0
+    assert f"below {above:.3g} Hz" in unknown_resonance(loop)[0]
+    assert unknown_resonance(replace(loop, ringing=Ringing(FAST, 0.03))) == []
 
 
 @pytest.fixture(scope="module")
