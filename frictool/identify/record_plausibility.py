@@ -8,7 +8,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.errors import LogError
 from frictool.identify.motion_record import MotionRecord
-from frictool.logs.quality.jumps import JUMPS, PositionJumps, allowance
+from frictool.logs.quality.jumps import JUMPS, PositionJumps, abrupt_jumps, allowance
 
 MOST_COUNTS = 2.0**53  # largest encoder count; doubles represent every integer up to it
 # largest distance from the median position, relative to the travel; the bench states the travel
@@ -82,7 +82,8 @@ def _skipped_counts(record: MotionRecord, bench: Bench) -> list[str]:
         return []
     steps = np.diff(record.position) / record.resolution
     limit = allowance(top_speed.value, np.full(steps.size, record.period), record.resolution)
-    long = (np.abs(steps) > limit) & (np.diff(record.piece) == 0)
+    inside = np.diff(record.piece) == 0
+    long = abrupt_jumps(steps, limit) & inside
     jumps = PositionJumps()
     jumps.take(
         record.time[1:][long],
@@ -91,4 +92,10 @@ def _skipped_counts(record: MotionRecord, bench: Bench) -> list[str]:
         float(limit.max()),
     )
     text = jumps.text()
+    if text is None and np.any((np.abs(steps) > limit) & inside):
+        fastest = float(np.max(np.abs(steps[inside]))) * record.resolution / record.period
+        text = (
+            f"the speed reaches {fastest / top_speed.value:.3g} times mechanics.top_speed; check "
+            "top_speed, and the counts or the unit of the position"
+        )
     return [f"{record.name}: {text}"] if text else []

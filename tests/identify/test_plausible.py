@@ -18,7 +18,7 @@ from frictool.identify.fit_warnings import contradiction_warnings
 from frictool.identify.force_error import motion_rows
 from frictool.identify.identification import NothingIdentified, identify_records
 from frictool.identify.methods import REFERENCE, IdentificationSettings
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.record_plausibility import implausible
 from studies.rigs.identification_rigs import clutch, record
 from studies.rigs.sample_logs import TRUTH, sines, steps
@@ -100,6 +100,20 @@ def test_counts_that_are_lost_are_no_wrap(log: MotionRecord) -> None:
     (warning,) = implausible(replace(log, position=position), clutch())
     assert "jumps once, at 0.9 s" in warning
     assert "are counts lost?" in warning
+
+
+def test_a_motion_above_the_top_speed_is_no_jump() -> None:
+    """Successive steps of a fast motion are equal; those before and after a jump are shorter."""
+    slow = msgspec.structs.replace(clutch().mechanics, top_speed=Quantity(15.0, unit="rad/s"))
+    bench = msgspec.structs.replace(clutch(), mechanics=slow)
+    time = 1e-3 * np.arange(2000)
+    position, effort = 25.0 + 5.0 * np.sin(8.0 * time), np.sin(8.0 * time)
+    fast = make_record("fast", time, position, effort, resolution=1e-3, lag=0.0)
+    (warning,) = implausible(fast, bench)
+    assert "the speed reaches 2.67 times mechanics.top_speed" in warning
+    position[900:] += 0.05
+    (warning,) = implausible(replace(fast, position=position), bench)
+    assert "jumps once, at 0.9 s" in warning
 
 
 def test_a_gap_in_time_is_no_jump(log: MotionRecord) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
-from frictool.logs.quality.jumps import PositionJumps, allowance, isolated_jumps
+from frictool.logs.quality.jumps import PositionJumps, abrupt_jumps, allowance, isolated_jumps
 from frictool.typing import Vector
 
 # numbers of bits to which a logger may sign-extend a negative count, stored as unsigned
@@ -106,7 +106,7 @@ class EncoderCounter:
     def _too_long(self, steps: Vector, intervals: Vector) -> tuple[Vector, NDArray[np.bool_]]:
         if self._top_speed is not None:
             limit = allowance(self._top_speed, intervals, self._resolution)
-            return limit, np.abs(steps) > limit
+            return limit, abrupt_jumps(steps, limit, self._step)
         isolated = isolated_jumps(steps)
         slack = float(np.abs(steps[~isolated]).max(initial=0.0)) + 2.0
         return np.full(steps.size, slack), isolated

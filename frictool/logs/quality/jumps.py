@@ -1,7 +1,9 @@
 """Jumps of a position that no motion explains: lost counts, counter overflow, index reset.
 
 A step from one sample to the next is a jump if it exceeds two counts plus twice the distance that
-the axis covers at top speed. The factor two allows for a servo that is faster than specified. If
+the axis covers at top speed, and if it differs from the step before or after it by more than half
+of this limit. The factor two allows for a servo that is faster than specified; a motion that is
+still faster has equal successive steps. If
 the top speed is unknown, a step is a jump if it meets three conditions. It is longer than 20
 counts, more than ten times as long as the steps before and after it, and more than three times as
 long as the 99 % quantile of the steps in the block.
@@ -36,6 +38,19 @@ def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
     resolution: size of one count in rad or m.
     """
     return np.asarray(SPEEDING * top_speed * intervals / resolution + SLACK_COUNTS)
+
+
+def abrupt_jumps(steps: Vector, limit: Vector, before: float = 0.0) -> NDArray[np.bool_]:
+    """Return a mask (n,) that is True at each jump of an axis whose top speed is known.
+
+    - steps: differences (n,) of successive samples, counts
+    - limit: longest steps (n,) that motion can cause (`allowance`), counts
+    - before: step before the first one, counts
+    """
+    changes = np.abs(np.diff(steps, prepend=before, append=steps[-1:]))
+    return np.asarray(
+        (np.abs(steps) > limit) & (np.maximum(changes[:-1], changes[1:]) > limit / SPEEDING)
+    )
 
 
 def isolated_jumps(steps: Vector) -> NDArray[np.bool_]:
