@@ -106,7 +106,7 @@ class EncoderCounter:
     def _too_long(self, steps: Vector, intervals: Vector) -> tuple[Vector, NDArray[np.bool_]]:
         if self._top_speed is not None:
             limit = allowance(self._top_speed, intervals, self._resolution)
-            return limit, abrupt_jumps(steps, limit, self._step)
+            return limit, abrupt_jumps(steps, limit)
         isolated = isolated_jumps(steps)
         slack = float(np.abs(steps[~isolated]).max(initial=0.0)) + 2.0
         return np.full(steps.size, slack), isolated

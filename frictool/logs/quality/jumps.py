@@ -1,7 +1,7 @@
 """Jumps of a position that no motion explains: lost counts, counter overflow, index reset.
 
 A step from one sample to the next is a jump if it exceeds two counts plus twice the distance that
-the axis covers at top speed, and if it differs from the step before or after it by more than half
+the axis covers at top speed, and if it differs from the steps before and after it by more than half
 of this limit. The factor two allows for a servo that is faster than specified; a motion that is
 still faster has equal successive steps. If
 the top speed is unknown, a step is a jump if it meets three conditions. It is longer than 20
@@ -40,17 +40,15 @@ def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
     return np.asarray(SPEEDING * top_speed * intervals / resolution + SLACK_COUNTS)
 
 
-def abrupt_jumps(steps: Vector, limit: Vector, before: float = 0.0) -> NDArray[np.bool_]:
+def abrupt_jumps(steps: Vector, limit: Vector) -> NDArray[np.bool_]:
     """Return a mask (n,) that is True at each jump of an axis whose top speed is known.
 
     - steps: differences (n,) of successive samples, counts
     - limit: longest steps (n,) that motion can cause (`allowance`), counts
-    - before: step before the first one, counts
     """
-    changes = np.abs(np.diff(steps, prepend=before, append=steps[-1:]))
-    return np.asarray(
-        (np.abs(steps) > limit) & (np.maximum(changes[:-1], changes[1:]) > limit / SPEEDING)
-    )
+    changes = np.abs(np.diff(steps))
+    before, after = np.append(np.inf, changes), np.append(changes, np.inf)
+    return np.asarray((np.abs(steps) > limit) & (np.minimum(before, after) > limit / SPEEDING))
 
 
 def isolated_jumps(steps: Vector) -> NDArray[np.bool_]:
