@@ -10,6 +10,7 @@ import click
 
 from frictool.cli.common_options import NamedPath, existing, json_option, output_option
 from frictool.cli.console_output import (
+    note,
     note_temperature,
     print_json,
     say,
@@ -207,6 +208,12 @@ def command(
         from frictool.synth.weight_trade_off_plot import picture
 
         save_text(plot, picture(result.trade, design_document.name) + "\n", inputs)
+    if test is not None:
+        from frictool.documents.logged_positions import extrapolated_words
+
+        path = test.judge.reference_range(result.controller)
+        if beyond := extrapolated_words(model_document.logged_positions, *path, "steps"):
+            note(f"warning: {model}: {beyond}")
     played = None if test is None else play(test, result.controller)
     doubts = None
     if played is None or played.all_met:

@@ -19,7 +19,7 @@ from frictool.documents.design import (
 from frictool.documents.design_blocks import SmoothingSamples, refuse_overflowing_prefilter
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
-from frictool.documents.quantity import Axis, StiffnessEstimate
+from frictool.documents.quantity import Axis, PositionSpan, StiffnessEstimate
 from frictool.documents.resonances import Resonances, Ringing
 from frictool.documents.synthesis_methods import StoredMethod
 from frictool.runtime.object_view import ObjectView
@@ -548,6 +548,8 @@ class Controller(
     - `ringing`: Oscillation of the axis in the logs, which norms, margins and certificate do not
       include. `verify` tests the loop with plants that consist of two inertias and have this
       oscillation.
+    - `logged_positions`: Positions of the logs of sliding motion from which the model was
+      identified. Elsewhere, load and friction of the model are extrapolated.
     - `measurement_hold_samples`: Number of successive samples at which an invalid input is replaced
       by its last valid value. After more invalid samples, the drive becomes 0 and the fault flag is
       set.
@@ -582,6 +584,7 @@ class Controller(
     resonances: Resonances | None = None
     stiffness: StiffnessEstimate | None = None
     ringing: Ringing | None = None
+    logged_positions: PositionSpan | None = None
     measurement_hold_samples: HoldSamples = DEFAULT_HOLD_SAMPLES
 
     @property

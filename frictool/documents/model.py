@@ -17,6 +17,7 @@ from frictool.documents.quantity import (
     EffortEstimate,
     InertiaEstimate,
     NonNegativeEffortEstimate,
+    PositionSpan,
     PositiveVelocityEstimate,
     TimeEstimate,
     ViscousEstimate,
@@ -101,6 +102,8 @@ class Model(
     - `late_position`: Lag or delay of the position behind the effort, as the logs show it, in
       addition to the lags and delays in the bench. Margins and simulations do not include this
       additional lag. `synth` tests each controller with a drive that has this lag in addition.
+    - `logged_positions`: Positions of the logs of sliding motion, if the bench states the travel.
+      Elsewhere, load and friction are extrapolated.
     - `bench_values_only`: Reason why no parameter was identified (`identify --keep-bench-values`).
       Every parameter then has the value in bench.yaml, and `synth` does not accept the model.
     """
@@ -123,6 +126,7 @@ class Model(
     ringing: Ringing | None = None
     valid_side: ValidSide | None = None
     late_position: TimeEstimate | None = None
+    logged_positions: PositionSpan | None = None
     bench_values_only: str | None = None
 
     def plot(self) -> Figure:

@@ -14,8 +14,9 @@ import numpy as np
 
 from frictool.adapters.axis_model import load_law
 from frictool.documents.bench import Bench
+from frictool.documents.logged_positions import leaves
 from frictool.documents.name_list import listed
-from frictool.documents.quantity import Quantity, drive_dimension, si_unit
+from frictool.documents.quantity import Quantity, Span, drive_dimension, si_unit
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.breakaway.onset_friction import lower_group
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
@@ -36,10 +37,6 @@ SPREAD = 30.0
 # a gear ratio missing in position and effort scales each parameter by this power of the ratio
 GEARED = {"inertia": 2.0, "viscous": 2.0, "coulomb": 1.0}
 MOST_OF_TRAVEL = 0.5  # least share of the travel for ramps that represent the whole travel
-# largest distance of an end of the travel from the logs' positions without a warning, relative to
-# their range: there, a cubic error of the load is T_3(1.2) = 3.3 times the largest error inside;
-# tests of `excite` keep 5 % of the travel from its ends
-MOST_BEYOND = 0.1
 GRID_POINTS = 101  # positions at which the slope of the load is evaluated
 LONGEST_VALUES = 60  # most characters that a warning uses for the replaced values
 
@@ -177,16 +174,14 @@ def unstable_load_warnings(
 ) -> list[str]:
     """Return a warning if the sum of spring and gravity falls at all positions of the logs."""
     load = None if fit.laws is None else fit.laws.load
-    positions = [one.position for one in records if one.velocity is None]
-    if load is None or not positions:
+    logged = logged_positions(records, bench)
+    if load is None or logged is None:
         return []
-    low = min(float(one.min()) for one in positions)
-    high = max(float(one.max()) for one in positions)
     smooth = msgspec.structs.replace(load, ripple=None, harmonics=())
-    slope = np.diff(load_law(smooth).at(np.linspace(low, high, GRID_POINTS)))
+    slope = np.diff(load_law(smooth).at(np.linspace(logged.low, logged.high, GRID_POINTS)))
     if not np.all(slope < 0.0):
         return []
-    mean = float(np.sum(slope)) / (high - low)
+    mean = float(np.sum(slope)) / (logged.high - logged.low)
     unit = si_unit("stiffness", bench.axis)
     return [
         f"the load falls by {-mean:.3g} {unit} at all positions of the logs, as at the top of an "
@@ -195,28 +190,34 @@ def unstable_load_warnings(
     ]
 
 
-def extrapolated_spring_warnings(
-    fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench
-) -> list[str]:
+def extrapolated_spring_warnings(fit: SlidingFit, logged: Span | None, bench: Bench) -> list[str]:
     """Return a warning if a spring is extrapolated over much of the bench's travel.
 
     Gravity is a law of the angle, and a ripple is periodic. A spring, however, may become stiffer
-    beyond the positions of the logs.
+    beyond `logged`, the positions of the logs.
     """
     load = None if fit.laws is None else fit.laws.load
     travel = bench.mechanics.travel
-    positions = [one.position for one in records if one.velocity is None]
-    if load is None or load.stiffness is None or travel is None or not positions:
+    if load is None or load.stiffness is None or travel is None or logged is None:
         return []
+    if not leaves(logged, travel.low, travel.high):
+        return []
+    unit = logged.unit
+    return [
+        f"spring: the logs cover {logged.low:.3g} to {logged.high:.3g} {unit} of the travel, "
+        f"{travel.low:.3g} to {travel.high:.3g} {unit}; elsewhere, the load is extrapolated; "
+        "record strokes there"
+    ]
+
+
+def logged_positions(records: Sequence[MotionRecord], bench: Bench) -> Span | None:
+    """Return the range of the measured positions of all records; None if there are none."""
+    positions = [one.position for one in records if one.velocity is None]
+    if not positions:
+        return None
     low = min(float(one.min()) for one in positions)
     high = max(float(one.max()) for one in positions)
-    if max(low - travel.low, travel.high - high) <= MOST_BEYOND * (high - low):
-        return []
-    unit = si_unit("position", bench.axis)
-    return [
-        f"spring: the logs cover {low:.3g} to {high:.3g} {unit} of the travel, {travel.low:.3g} to "
-        f"{travel.high:.3g} {unit}; elsewhere, the load is extrapolated; record strokes there"
-    ]
+    return Span(low, high, si_unit("position", bench.axis))
 
 
 def local_ramp_warnings(

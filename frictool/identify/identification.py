@@ -15,9 +15,10 @@ import msgspec
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Backward, Laws
+from frictool.documents.quantity import Span
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify import methods
-from frictool.identify.axis_logs import LOOKS_SLIDING, AxisLogs, sort_logs
+from frictool.identify.axis_logs import LOOKS_SLIDING, SLIDING_LOG, AxisLogs, sort_logs
 from frictool.identify.breakaway.rate_table import BreakawayOverRate
 from frictool.identify.breakaway_parameters import (
     NO_RAMPS,
@@ -41,6 +42,7 @@ from frictool.identify.fit_warnings import (
     extrapolated_spring_warnings,
     load_warnings,
     local_ramp_warnings,
+    logged_positions,
     mixed_onset_warnings,
     rejected_onset_warnings,
     replacement_warnings,
@@ -88,6 +90,8 @@ class Identification(Outcome):
     - notes: texts on effects that the model lacks, but that the intervals include
     - over_rate: breakaway as a function of the rate at which the effort of a ramp rises; None
       without a table of breakaways
+    - logged: range of the positions of the sliding logs, rad | m; None without a sliding fit, or
+      without a measured position
     - kink: kink (abrupt change) of the load; the model is valid on one side of it only. None
       without a kink
     """
@@ -99,6 +103,7 @@ class Identification(Outcome):
     doubts: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     over_rate: BreakawayOverRate | None = None
+    logged: Span | None = None
     kink: LoadKink | None = None
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
@@ -207,6 +212,8 @@ def identify_records(
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
     suspects = _suspects(logs, outcome, wider)
     outcome = replace(outcome, identified=ordered, laws=with_reference(outcome.laws, logs.sliding))
+    sliding = [one for one in records if logs.kinds[one.name] == SLIDING_LOG]
+    logged = None if outcome.fit is None else logged_positions(sliding, bench)
     result = Identification(
         **vars(outcome),
         method=method if outcome.fit is None else outcome.fit.method or method,
@@ -214,7 +221,7 @@ def identify_records(
         kinds=logs.kinds,
         warnings=(
             *(one for one in logs.warnings if outcome.ramp or not one.endswith(LOOKS_SLIDING)),
-            *_warnings(logs, free, outcome),
+            *_warnings(logs, free, outcome, logged),
             *dict.fromkeys(chain.from_iterable(suspects.values())),
             *(() if wider is None else dict.fromkeys(wider.warnings(outcome.identified))),
         ),
@@ -223,6 +230,7 @@ def identify_records(
             *(() if wider is None else wider.notes(outcome.identified)),
             *reversal_notes(outcome.ramp, logs.bench),
         ),
+        logged=logged,
         kink=logs.kink,
     )
     if PHYSICAL & outcome.identified.keys():
@@ -365,7 +373,9 @@ def _suspects(logs: AxisLogs, outcome: Outcome, wider: WidenedFit | None) -> dic
     }
 
 
-def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list[str]:
+def _warnings(
+    logs: AxisLogs, free: SlidingFit | None, outcome: Outcome, logged: Span | None
+) -> list[str]:
     warnings = contradiction_warnings(outcome.identified, logs.bench)
     warnings += rejected_onset_warnings(outcome.ramp)
     fit = outcome.fit
@@ -375,7 +385,7 @@ def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list
         *replacement_warnings(free, fit, outcome.identified),
         *([] if logs.drive_off else doubt_warnings(fit, logs.method)),
         *unstable_load_warnings(fit, logs.sliding, logs.bench),
-        *extrapolated_spring_warnings(fit, logs.sliding, logs.bench),
+        *extrapolated_spring_warnings(fit, logged, logs.bench),
         *pooling_warnings(logs.sliding, logs.bench, logs.settings, free, outcome.identified),
     ]
     if logs.method != methods.DEFAULT and not logs.drive_off:

@@ -50,6 +50,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
         not_identified=dict(result.refused),
         fit=summary,
         laws=laws,
+        logged_positions=None if bench.mechanics.travel is None else result.logged,
         valid_side=None if result.kink is None else result.kink.valid_side(bench.axis),
     )
 

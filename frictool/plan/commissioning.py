@@ -175,7 +175,9 @@ def next_step(
     else:
         step = _identified(bench, logs, _without_doubts(outcome), answer_of, narrow)
         result = outcome.result
-    return replace(step, warnings=(*warnings, *result.warnings), doubts=tuple(result.doubts))
+    return replace(
+        step, warnings=(*warnings, *result.warnings, *step.warnings), doubts=tuple(result.doubts)
+    )
 
 
 def _unidentified(bench: Bench, error: NothingIdentified) -> PlanStep:
@@ -364,16 +366,18 @@ def _designed(
     missing = [name for name in SLIDING if name not in known]
     unseen = f"; not identified, range of the bench: {', '.join(missing)}" if missing else ""
     left = narrowed_model(model) if narrow else model
-    refusal, steps, narrower, doubt = answer_of(left)
+    refusal, steps, narrower, doubt, extrapolated = answer_of(left)
     first = f", first {narrower}," if narrower else ""
     if not refusal:
         test, advice = _validation(bench_for_test(bench, model))
         on = f" in {steps}" if steps else ""
         why = f"`synth` meets this specification for every possible plant{on}; {advice}{unseen}"
+        step = PlanStep("validation", why, test, reached, left, enough=not doubt)
+        if extrapolated:
+            step = replace(step, warnings=(extrapolated,))
         if doubt:
-            why = f"undecided: {doubt}; {why}"
-            return PlanStep("validation", why, test, reached, left, exit_code=EXIT_NO)
-        return PlanStep("validation", why, test, reached, left, enough=True)
+            step = replace(step, why=f"undecided: {doubt}; {why}", exit_code=EXIT_NO)
+        return step
     if not narrow and not answer_of(narrowed_model(model)).refusal:
         why = (
             "a controller exists for the identified intervals, but not for the ranges of the "

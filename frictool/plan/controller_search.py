@@ -11,6 +11,7 @@ from frictool.campaign.doubts import doubts_of
 from frictool.campaign.shorter_steps import play_shorter_steps
 from frictool.campaign.views.played_view import shorter_text
 from frictool.campaign.views.search_view import narrower_words, refusal
+from frictool.documents.logged_positions import extrapolated_words
 from frictool.documents.model import Model
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
@@ -27,12 +28,14 @@ class SearchAnswer(NamedTuple):
       text; "" if none is known
     - doubt: reason why the controller may fail on the axis, although it meets the specification on
       the model; "" if there is none
+    - extrapolated: warning that the steps leave the positions of the model's logs by far, or ""
     """
 
     refusal: str
     steps: str = ""
     narrower: str = ""
     doubt: str = ""
+    extrapolated: str = ""
 
 
 def search_answer(model: Model, spec: Spec, progress: Callable[[str], None]) -> SearchAnswer:
@@ -51,4 +54,6 @@ def search_answer(model: Model, spec: Spec, progress: Callable[[str], None]) -> 
     shorter = play_shorter_steps(test, controller)
     steps = test.steps + ("" if shorter is None else f"; {shorter_text(shorter)}")
     doubt = next(iter(doubts_of(model, controller, test).reasons), "")
-    return SearchAnswer("", steps, doubt=doubt)
+    path = test.judge.reference_range(controller)
+    extrapolated = extrapolated_words(model.logged_positions, *path, "steps")
+    return SearchAnswer("", steps, doubt=doubt, extrapolated=extrapolated)

@@ -18,6 +18,8 @@ from frictool.documents.bench_values import KEY, bench_values_words
 from frictool.documents.controller import Controller
 from frictool.documents.digests import changed_words
 from frictool.documents.example_values import examples_words
+from frictool.documents.logged_positions import KEY as LOGGED
+from frictool.documents.logged_positions import extrapolated_words, from_text
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.missing_effects import KEY as MISSING
 from frictool.documents.missing_effects import UNDECIDED
@@ -47,6 +49,7 @@ from frictool.report.response_judge import judge_response
 from frictool.report.rig_facts import RigFacts
 from frictool.report.tracking_judge import judge_tracking
 from frictool.report.worst_hold import Judge, judge_cycle, judge_of
+from frictool.typing import Vector
 
 if TYPE_CHECKING:
     from frictool.report.judged_loop import JudgedLoop
@@ -114,6 +117,7 @@ def verdict_of(request: ReportRequest) -> Verdict:
         *(beyond or _played_beyond(logs, loop)),
         *_simulated_models(logs),
         *_overspeed(streams, bench),
+        *_extrapolated(logs, controller),
         *_examples(spec, logs, bench),
     ]
     return Verdict(
@@ -158,11 +162,16 @@ def _left_side(spec: Spec, log: Log) -> str:
         side = msgspec.json.decode(record, type=ValidSide)
     except msgspec.MsgspecError as error:
         raise LogError(log.source, f"metadata log: {SIDE}: {error}; simulate again") from None
-    signals = [one.signals["position"] for one in log.axes if "position" in one.signals]
-    positions = np.concatenate([one[np.isfinite(one)] for one in (np.empty(0), *signals)])
+    positions = _positions(log)
     if not positions.size:
         return ""
     return side.left_words(spec.axis, positions.min(), positions.max(), "positions")
+
+
+def _positions(log: Log) -> Vector:
+    """Return the finite positions (n,) [rad | m] of all axes of a log."""
+    signals = [one.signals["position"] for one in log.axes if "position" in one.signals]
+    return np.concatenate([one[np.isfinite(one)] for one in (np.empty(0), *signals)])
 
 
 def _doubted(requirement: Requirement, doubt: str) -> Requirement:
@@ -291,6 +300,26 @@ def _overspeed(evidence: Sequence[StreamEvidence], bench: Bench | None) -> list[
     simulated = {one.name: one.stream for one in evidence if one.simulated}
     words = "" if bench is None else overspeed_of_streams(simulated, bench)
     return [words] if words else []
+
+
+def _extrapolated(logs: Sequence[Log], controller: Controller | None) -> list[str]:
+    """Return a warning for each log that leaves the positions of the model's logs by far.
+
+    A simulated log states these positions; for a recorded log, the controller states them.
+    """
+    known = None if controller is None else controller.logged_positions
+    notes = []
+    for label, log in zip(log_labels(logs), logs, strict=True):
+        record = log.metadata.get("log", {}).get(LOGGED)
+        try:
+            logged = known if record is None else from_text(record)
+        except msgspec.MsgspecError as error:
+            raise LogError(log.source, f"metadata log: {LOGGED}: {error}; simulate again") from None
+        positions = _positions(log)
+        if positions.size:
+            low, high = float(positions.min()), float(positions.max())
+            notes.append((label, extrapolated_words(logged, low, high, "positions")))
+    return [f"{label}: {words}" for label, words in notes if words]
 
 
 def _specified_judges(spec: Spec) -> dict[str, Judge]:

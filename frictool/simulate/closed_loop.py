@@ -31,6 +31,8 @@ from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents import bench_values
 from frictool.documents.controller import Controller, ProgramNumber
+from frictool.documents.logged_positions import KEY as LOGGED
+from frictool.documents.logged_positions import extrapolated_words, to_text
 from frictool.documents.missing_effects import KEY as MISSING
 from frictool.documents.missing_effects import UNDECIDED, intolerable_lag
 from frictool.documents.model import Model
@@ -227,6 +229,9 @@ class StepTest(Generic[V]):
             about[MISSING] = "\n".join(rig.missing)
         if rig.valid_side is not None:
             about[SIDE] = msgspec.json.encode(rig.valid_side).decode()
+        if rig.logged_positions is not None:
+            about[LOGGED] = to_text(rig.logged_positions)
+        warnings += self._extrapolated(loop)
         if doubt := self._doubt():
             about[UNDECIDED] = doubt
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
@@ -244,6 +249,13 @@ class StepTest(Generic[V]):
             warnings.append(fast)
         log = dataclasses.replace(log, warnings=tuple(warnings))
         return log if provenance is None else with_provenance(log, provenance)
+
+    def _extrapolated(self, loop: SimulatedLoop) -> list[str]:
+        """Return a warning if the reference leaves the positions of the model's logs by far."""
+        low = min(loop.start, float(loop.reference.min()))
+        high = max(loop.start, float(loop.reference.max()))
+        words = extrapolated_words(self.plant.rig.logged_positions, low, high, "steps")
+        return [f"{self.names.model}: {words}"] if words else []
 
     def _doubt(self) -> str:
         """Return why the axis may fail although the simulation passes; "" if there is no reason."""

@@ -28,6 +28,7 @@ class Rig:
     - presliding: name of the model's presliding law, or empty
     - missing: warnings about effects that the model lacks
     - valid_side: side of a position on which the model is valid; None if it is valid everywhere
+    - logged_positions: positions of the logs from which the model was identified, or None
     - late_position: lag of the position [s] that the logs show and the bench lacks, or None
     - temperature: dependence of the friction on the temperature; None if the model states none
     """
@@ -44,6 +45,7 @@ class Rig:
     presliding: str = ""
     missing: tuple[str, ...] = ()
     valid_side: ValidSide | None = None
+    logged_positions: Span | None = None
     late_position: TimeEstimate | None = None
     temperature: FrictionOverTemperature | None = None
 
@@ -88,6 +90,7 @@ def rig_of(bench: Bench, model: Model | None = None) -> Rig:
         presliding="" if model is None or model.presliding is None else model.presliding.law,
         missing=() if model is None else tuple(missing_effects(model)),
         valid_side=None if model is None else model.valid_side,
+        logged_positions=None if model is None else model.logged_positions,
         late_position=None if model is None else model.late_position,
         temperature=None if laws is None else laws.temperature,
     )

@@ -314,6 +314,7 @@ def controller_document(
         resonances=posed.model.resonances,
         stiffness=stiffness_of(posed.model),
         ringing=undeclared_ringing(posed.model),
+        logged_positions=posed.model.logged_positions,
         measurement_hold_samples=design.measurement_hold_samples,
     )
 

@@ -23,7 +23,7 @@ from frictool.documents.controller import Controller, Margins
 from frictool.documents.mechanism import Coupling
 from frictool.documents.missing_effects import missing_effects
 from frictool.documents.model import Model
-from frictool.documents.quantity import Estimate, Quantity
+from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.resonances import Oscillation, Resonances, Ringing
 from frictool.documents.valid_side import ValidSide
 from frictool.report.verdict import judge
@@ -184,6 +184,23 @@ def test_simulated_verdicts_are_undecided_beyond_the_valid_side(
     doubt = doubt_of(player(setting))
     assert (doubt == "") == valid
     assert valid or "above 7 rad" in doubt
+
+
+@pytest.mark.parametrize(("high", "warned"), [(38.0, False), (36.0, True)])
+def test_steps_far_beyond_the_logs_of_the_model_have_a_warning(
+    loop: Controller, high: float, warned: bool
+) -> None:
+    """The steps reach from 5 to 40 rad, 6 % or 13 % of the logged range beyond it."""
+    logged = Span(5.0, high, "rad")
+    model = replace(clutch_model(), logged_positions=logged)
+    log = simulate_closed_loop(model, loop, scenario(seconds=0.4), HERE)
+    words = f"the model's logs from 5 to {high:g} rad"
+    assert any(words in one for one in log.warnings) == warned
+    assert any(words in one for one in judge(SPEC, [log], loop).remarks) == warned
+    del log.metadata["log"]["logged_positions"]  # as in a recorded log
+    assert not any(words in one for one in judge(SPEC, [log], loop).remarks)
+    known = replace(loop, logged_positions=logged)
+    assert any(words in one for one in judge(SPEC, [log], known).remarks) == warned
 
 
 def test_simulated_verdicts_contain_the_ringing_without_a_margin(loop: Controller) -> None:

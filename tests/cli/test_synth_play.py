@@ -26,12 +26,14 @@ steps:
 def arguments(tmp_path: Path) -> list[str | Path]:
     """Return a command with a PI of the speed, which overshoots by more than 5 %."""
     shutil.copy(RIG / "laws/pi_speed.yaml", tmp_path / "design.yaml")
+    logged = "logged_positions: {low: 5, high: 50, unit: rad}\n"
+    (tmp_path / "model.yaml").write_text((RIG / "nonlinear.yaml").read_text() + logged)
     (tmp_path / "steps.yaml").write_text(STEP)
     spec = (RIG / "spec.yaml").read_text().splitlines()
     (tmp_path / "spec.yaml").write_text("\n".join(spec[:-1]))  # without the rest
     return [
         "synth",
-        RIG / "nonlinear.yaml",
+        tmp_path / "model.yaml",
         "--spec",
         tmp_path / "spec.yaml",
         "--design",
@@ -48,6 +50,7 @@ def test_a_controller_that_misses_the_specification_is_written_with_exit_code_1(
     done = run(*arguments, "--scenario", tmp_path / "steps.yaml")
     assert done.code == 1
     assert (tmp_path / "controller.yaml").exists()
+    assert "the steps range from 5 to 55 rad, the model's logs from 5 to 50 rad" in done.stderr
     lines = done.stdout.splitlines()
     assert lines[-9] == (
         "played: one step, 1 step of 50 rad, 0.6 s; nominal plant, 16 vertices from 2 "

@@ -14,7 +14,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Load
 from frictool.documents.model import Model, Parameters
 from frictool.documents.provenance import Provenance
-from frictool.documents.quantity import Estimate, Quantity, si_unit
+from frictool.documents.quantity import Estimate, Quantity, Span, si_unit
 from frictool.documents.registry import load
 from frictool.documents.valid_side import ValidSide
 from frictool.identify.estimators.explanation_search import search_explanations
@@ -60,6 +60,11 @@ def limp_home(knot: float, jump: float) -> Effort:
     return lambda x, _: np.where(x > knot, 4.0 * x, 4.0 * knot - jump + 20.0 * (x - knot))
 
 
+def with_travel(bench: Bench) -> Bench:
+    travel = msgspec.structs.replace(bench.mechanics, travel=Span(0.0, 2.0, "rad"))
+    return msgspec.structs.replace(bench, mechanics=travel)
+
+
 def searched(record: MotionRecord, bench: Bench) -> LoadKink | None:
     """Return the kink that is found next to the loads of `auto`."""
     load, _ = search_explanations([record], bench, SETTINGS)
@@ -87,6 +92,11 @@ def test_the_model_holds_on_the_larger_side_of_a_jump(seed: int, knot: float, ju
     assert result.refused["load"] in warning
     side = model_of(result, rotary_bench(None), Provenance("test", "0")).valid_side
     assert side is not None
+    assert result.logged is not None
+    assert result.logged.high - result.logged.low > 0.75 * TRAVEL  # both sides are logged
+    positions = rotary_bench(None), with_travel(rotary_bench(None))
+    for bench, known in zip(positions, (None, result.logged), strict=True):
+        assert model_of(result, bench, Provenance("test", "0")).logged_positions == known
     assert side.side in warning
     assert side.of.interval[0] <= knot <= side.of.interval[1]
     assert result.laws is not None

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictool.documents.quantity import Span
-from frictool.identify.fit_warnings import extrapolated_spring_warnings
+from frictool.identify.fit_warnings import extrapolated_spring_warnings, logged_positions
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.total_load import total_load
 from frictool.synth.load_disturbance import amplitude
@@ -47,9 +47,11 @@ def test_a_spring_needs_a_travel_and_is_extrapolated_beyond_the_motion_with_a_wa
     assert axis.bench.mechanics.travel is None
     found = total_load(fit, fit.parameters["offset"], [axis.record], axis.bench, CONFIDENCE)
     assert found is None
-    low, high = float(axis.record.position.min()), float(axis.record.position.max())
+    logged = logged_positions([axis.record], axis.bench)
+    assert logged is not None
+    low, high = logged.low, logged.high
     for beyond, warned in ((0.09, False), (0.11, True)):
         travel = Span(low - beyond * (high - low), high, "rad")
         mechanics = msgspec.structs.replace(axis.bench.mechanics, travel=travel)
         bench = msgspec.structs.replace(axis.bench, mechanics=mechanics)
-        assert bool(extrapolated_spring_warnings(fit, [axis.record], bench)) is warned
+        assert bool(extrapolated_spring_warnings(fit, logged, bench)) is warned

@@ -190,10 +190,12 @@ def test_no_log_leaves_the_limits(logs: tuple[Log, Log]) -> None:
 
 
 def test_enough_and_its_validation(logs: tuple[Log, Log]) -> None:
-    step = next_step(BELT, logs, passing)
+    far = PASSED._replace(extrapolated="the steps range far")
+    step = next_step(BELT, logs, lambda _: far)
     assert step.enough
     assert step.name == "validation"
     assert "for every possible plant in steps of 1 to 5 m; shorter steps: met; validate" in step.why
+    assert step.warnings[-1] == "the steps range far"
     assert step.test is not None
     assert step.test.sequence.kind == "steps"
     assert {one.parameter for one in step.reached} >= {"inertia", "coulomb", "breakaway"}
