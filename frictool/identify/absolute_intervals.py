@@ -32,6 +32,11 @@ class ParameterIntervals:
         return self.estimate.source == "identified"
 
     @property
+    def assumed(self) -> bool:
+        """Return True if neither logs nor bench.yaml state the range, which is no interval."""
+        return self.estimate.source == "assumed" and self.estimate.low is not None
+
+    @property
     def from_logs(self) -> bool:
         """Return True if the logs determine the parameter or narrow the range in bench.yaml."""
         return self.estimate.source in FROM_LOGS

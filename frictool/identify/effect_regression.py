@@ -62,6 +62,7 @@ BINS = 24  # number of bins of the position, and of velocity and sign of the acc
 # a parameter depends on few rows if (sum q)^2/(n sum q^2) is below this value; q are the squared
 # influences of the n rows on the parameter; a sinusoidal motion gives 0.5
 FEW_ROWS = 0.2
+SLOWEST = 0.1  # share of the samples that give the friction at low speed
 MOST_EFFECTS = 4  # largest number of effects that are added to the model
 FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
 RESONANCE = "resonance"
@@ -484,6 +485,25 @@ class EffectRegression:
             return replace(one, what=RISING, settle=RISING_SETTLE)
         loaded = any(name in values for parts in TERMS.values() for name in parts)
         return replace(one, settle=f"add {one.term} to load.terms") if loaded else one
+
+    def slow_friction(self) -> float | None:
+        """Return the Coulomb friction [N m | N] of a line through the friction at low speeds.
+
+        The friction is fitted with the columns of the first of FALLS. The line is fitted to the
+        slowest samples (SLOWEST). The result is None if the regression does not determine it.
+        """
+        fall = next((one for one in self.hypotheses if one.term == FALLS[0]), None)
+        if fall is None:
+            return None
+        values = self._values([*(one for one in self.used if one is not fall), fall])
+        if values is None or "coulomb" not in values:
+            return None
+        samples = self.rows.samples
+        speed = np.abs(samples.velocity)
+        slow = speed <= np.quantile(speed, SLOWEST)
+        effort = sum(values[name] * samples.loads[name] for name in fall.names)
+        line = np.polynomial.Polynomial.fit(speed[slow], (samples.sign * effort)[slow], 1)
+        return values["coulomb"] + float(line(0.0))
 
     def explained(self, one: Explanation) -> Explanation:
         """Return the explanation with name and advice that suit its fitted effort (`named`)."""

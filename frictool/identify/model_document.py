@@ -18,6 +18,7 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Estimate, Quantity, si_unit
 from frictool.identify.fit_result import CURVE, DIMENSIONS, PARAMETERS
 from frictool.identify.identification import Identification, NothingIdentified
+from frictool.identify.unmodelled_effects import SLOW_FRICTION
 
 # assumed ratio of breakaway to Coulomb friction: expected value (beta of table 4.8) and upper
 # bound (table 4.1)
@@ -86,6 +87,9 @@ def _breakaway(result: Identification, bench: Bench, coulomb: Estimate) -> Estim
     if "breakaway" in result.identified or bench.mechanics.breakaway is not None:
         return _estimate("breakaway", result, bench)
     low, high = coulomb.interval
+    slow = None if result.fit is None else result.fit.details.get(SLOW_FRICTION)
+    if slow is not None:  # the friction at low speed is below the fitted line
+        low = max(min(low, slow - (coulomb.value - low)), 0.0)
     return Estimate(
         BREAKAWAY_RATIO * coulomb.value,
         low,

@@ -275,7 +275,7 @@ def parameter_lines(model: Model) -> list[str]:
     ]
     for row in rows:
         estimate = row.estimate
-        known = estimate.low is not None and estimate.high is not None
+        known = estimate.low is not None and estimate.high is not None and not row.assumed
         own = f"[{estimate.low:.5g}, {estimate.high:.5g}]" if known else "unknown"
         ends = f"[{row.absolute.low:.5g}, {row.absolute.high:.5g}]" if known else "unknown"
         absolute = f"{ends:<28}" if with_absolute else ""
@@ -283,7 +283,13 @@ def parameter_lines(model: Model) -> list[str]:
             f"{row.name:<{width}}{estimate.value:>12.5g}  "
             f"{own:<28}{absolute}{estimate.unit:<12}{estimate.source}"
         )
-    return lines
+    return lines + [
+        f"{row.name}: assumed from {row.estimate.low:.5g} to "
+        f"{row.estimate.high:.5g} {row.estimate.unit}, which is no interval at "
+        f"{100 * model.confidence:g} %"
+        for row in rows
+        if row.assumed
+    ]
 
 
 def servo_lines(outcome: IdentifiedModel) -> list[str]:

@@ -96,6 +96,8 @@ SPRING_NOTE = (
     "the interval of the inertia is {:.2g} times as wide, since this motion cannot exclude a "
     "spring; test at other frequencies, or declare load.terms: [offset] if no load acts on the axis"
 )
+# key of SlidingFit.details: friction [N m | N] at low speed, if friction is concave over speed
+SLOW_FRICTION = "slow_friction"
 NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 
 
@@ -213,12 +215,12 @@ def widened(
         for name, one in parameters.items()
         if one.half_width > NOTABLE * plain.parameters[name].half_width > 0.0
     }
+    explanations = tuple(regression.explained(one) for one in fit.explanations)
+    shown = [one.what for one in explanations] + [one.what[-1] for one in certain[:1]]
+    slow = regression.slow_friction() if RISING in shown else None
+    details = fit.details if slow is None else {**fit.details, SLOW_FRICTION: slow}
     return WidenedFit(
-        replace(
-            fit,
-            parameters=wide,
-            explanations=tuple(regression.explained(one) for one in fit.explanations),
-        ),
+        replace(fit, parameters=wide, explanations=explanations, details=details),
         certain[0] if certain else None,
         ratios,
         _beyond(wide, bench, certain),

@@ -23,6 +23,8 @@ from frictool.identify.interval_checks import why_uninformative
 from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
 from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord, make_record, record_of
+from frictool.identify.text_view import parameter_lines
+from frictool.identify.unmodelled_effects import SLOW_FRICTION
 from frictool.logs.log import Log, Stream
 from studies.rigs.identification_rigs import clutch, record
 from studies.rigs.sample_logs import TRUTH, ramp, sines
@@ -66,6 +68,23 @@ def test_without_a_ramp_the_breakaway_is_what_coulomb_lets_expect(
     assert breakaway.source == "assumed"
     assert breakaway.interval == (coulomb.interval[0], 1.5 * coulomb.interval[1])
     assert breakaway.interval[0] <= TRUTH.breakaway <= breakaway.interval[1]
+    _, *rows, note = parameter_lines(model)
+    low, high = breakaway.interval
+    assert f"{low:.5g} to {high:.5g} N m, which is no interval at 95 %" in note
+    assert f"[{low:.5g}, {high:.5g}]" not in next(row for row in rows if "assumed" in row)
+
+
+def test_friction_below_the_fitted_line_lets_the_breakaway_be_lower(
+    of_strokes: Identification,
+) -> None:
+    """The range begins below the friction at low speed, by the uncertainty of the line."""
+    assert of_strokes.fit is not None
+    coulomb = of_strokes.identified["coulomb"]
+    slow = 0.8 * coulomb.low
+    fit = replace(of_strokes.fit, details={**of_strokes.fit.details, SLOW_FRICTION: slow})
+    model = model_of(replace(of_strokes, fit=fit), clutch(), Provenance("test", "0"))
+    low = model.parameters.breakaway.interval[0]
+    assert low == pytest.approx(slow - (coulomb.value - coulomb.low))
 
 
 def test_a_ramp_alone_gives_the_breakaway_alone() -> None:

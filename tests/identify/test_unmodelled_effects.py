@@ -20,7 +20,7 @@ from frictool.identify.fit_result import SLIDING, SlidingFit
 from frictool.identify.identification import identify_records
 from frictool.identify.methods import DEFAULT, METHODS, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, delayed, make_record
-from frictool.identify.unmodelled_effects import WidenedFit, widened
+from frictool.identify.unmodelled_effects import SLOW_FRICTION, WidenedFit, widened
 from frictool.typing import Vector
 from studies.rigs.identification_rigs import record
 from studies.rigs.sample_logs import sines
@@ -101,6 +101,8 @@ def test_friction_that_rises_less_than_in_proportion_to_speed_is_no_fall(bench: 
     (note,) = result.notes(result.fit.parameters)
     assert "friction that rises less than in proportion to speed (" in note
     assert "stribeck" not in note
+    slow = result.fit.details[SLOW_FRICTION]
+    assert COULOMB < slow < result.fit.parameters["coulomb"].value
 
 
 def test_under_a_load_no_stribeck_curve_is_advised(bench: Bench) -> None:

@@ -95,8 +95,10 @@ def _parameter_table(rows: list[ParameterIntervals], confidence: float) -> TextT
                 row.estimate.source,
                 f"{row.estimate.value:.5g}",
                 row.estimate.unit,
-                "[{:.5g}, {:.5g}]".format(*row.estimate.interval),
-                f"[{row.absolute.low:.5g}, {row.absolute.high:.5g}]",
+                ("assumed: {:.5g} to {:.5g}" if row.assumed else "[{:.5g}, {:.5g}]").format(
+                    *row.estimate.interval
+                ),
+                "–" if row.assumed else f"[{row.absolute.low:.5g}, {row.absolute.high:.5g}]",
                 "–" if row.bench is None else "[{:.5g}, {:.5g}]".format(*row.bench.interval),
             )
             for row in rows
