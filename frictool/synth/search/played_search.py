@@ -244,7 +244,7 @@ class CandidateSearch:
         return FamilyOutcome(
             self.family.name,
             self.tried,
-            found or self._nearest_miss(),
+            found or self._nearest(),
             found is not None,
             found is not None and self.reserve > 0.0,
             tuple(dict.fromkeys(self.refusals)),
@@ -272,8 +272,13 @@ class CandidateSearch:
         nearest = sorted(complete, key=lambda one: one.largest_missing)[:POPULATION]
         self._evolve([one.point for one in nearest], nearest[0].point, NEAR, random)
 
-    def _nearest_miss(self) -> Candidate | None:
-        missed = [one for one in self.played if self.refusals or one.largest_missing > 0.0]
+    def _nearest(self) -> Candidate | None:
+        # a candidate of the complete test that only lacks the reserve is nearer than any miss
+        missed = [
+            one
+            for one in self.played
+            if self.refusals or one.largest_missing > 0.0 or one.extent == PlayedExtent.ALL
+        ]
         return min(missed or self.played, key=lambda one: one.distance, default=None)
 
     def _evolve(
