@@ -32,6 +32,7 @@ from frictool.identify.model_document import bench_model, model_of
 from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.identify.presliding.presliding_laws import with_presliding
 from frictool.identify.record_plausibility import repeats_plausibility_warning
+from frictool.identify.rest_balance import held_rest_warnings
 from frictool.identify.servo_identification import identify_servo
 from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
@@ -143,9 +144,11 @@ def identify(
     missing = missing_ringing(model)
     if missing is not None:
         result = replace(result, warnings=(*result.warnings, missing))
+    sliding = [one for one in (*records, *slopes) if result.kinds.get(one.name) == SLIDING_LOG]
+    if result.fit is not None:
+        held = held_rest_warnings(model, sliding)
+        result = replace(result, warnings=(*result.warnings, *held))
     if request.measurement:
-        kinds = result.kinds
-        sliding = [one for one in (*records, *slopes) if kinds.get(one.name) == SLIDING_LOG]
         currents = [one.currents for group in prepared for one in group if one.currents]
         measured = measurement(sliding, currents, motor, bench, confidence)
         model = msgspec.structs.replace(model, measurement=measured)

@@ -14,7 +14,9 @@ end stop or a brake. The simulated axis would leave its position.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -22,6 +24,7 @@ import numpy as np
 from frictool.adapters.axis_model import load_of
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
+from frictool.identify.fit_warnings import DOUBTFUL_FORCE_ERROR
 from frictool.identify.force_error import friction_in_slip
 from frictool.identify.motion_record import MotionRecord
 from frictool.logs.quality.ramps import rests_of, without_flicker
@@ -85,6 +88,29 @@ def held_rest(model: Model, record: MotionRecord, error: float) -> HeldRest | No
     if excess[worst] <= 0.0:
         return None
     return HeldRest(float(position[start[worst]]), float(mean[worst]), float(friction[worst]))
+
+
+def held_rest_warnings(model: Model, records: Sequence[MotionRecord]) -> list[str]:
+    """Return a warning for each record with a rest in which the model would move.
+
+    If the model is valid on one side of a position only, rests on the other side are left out.
+    """
+    side, warnings = model.valid_side, []
+    for record in records:
+        inside = np.full(record.position.size, side is None)
+        if side is not None:
+            inside = side.sign * (record.position - side.bound) > 0.0
+        part = None if record.velocity is not None else record.inside(inside)
+        if part is None:
+            continue
+        error = DOUBTFUL_FORCE_ERROR * float(np.sqrt(np.mean(part.effort**2)))
+        held = held_rest(model, part, error)
+        if held is not None:
+            warnings.append(
+                f"{Path(record.name).name}: {held.words(model)}; look for a contact, end stop or "
+                "brake"
+            )
+    return warnings
 
 
 def _breakaway(model: Model, record: MotionRecord, index: Vector) -> Vector:
