@@ -51,9 +51,10 @@ def pooling_warnings(
     for record in records[:MOST_LOGS]:
         try:
             single = refit([record], bench, settings, alike, fit.fixed)
-            alone[Path(record.name).name] = single.parameters
+            alone[Path(record.name).name] = _comparable(single)
         except UnusableLogs:
             continue
+    together = _comparable(pooled)
     out = []
     for name in SLIDING:
         intervals = {
@@ -61,10 +62,10 @@ def pooling_warnings(
             for log, one in alone.items()
             if name in one and one[name].half_width > 0.0
         }
-        if name not in pooled.parameters or not intervals:
+        if name not in together or not intervals:
             continue
         best = min(intervals, key=lambda log: intervals[log].half_width)
-        ratio = pooled.parameters[name].half_width / intervals[best].half_width
+        ratio = together[name].half_width / intervals[best].half_width
         if ratio > WIDER:
             out.append(
                 f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of "
@@ -73,6 +74,15 @@ def pooling_warnings(
         elif name in identified:
             out += _outside(name, identified[name], intervals)
     return out
+
+
+def _comparable(fit: SlidingFit) -> dict[str, Interval]:
+    """Return the parameters of a fit without an inertia that the noise of the encoder decreases.
+
+    The decrease differs from log to log, and the intervals of the fit do not include it.
+    """
+    kept = fit.attenuation == 0.0
+    return {name: one for name, one in fit.parameters.items() if kept or name != "inertia"}
 
 
 def _outside(name: str, common: Interval, intervals: Mapping[str, Interval]) -> list[str]:

@@ -9,6 +9,7 @@ import pytest
 
 from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, make_record
 from studies.rigs import sample_logs as make
@@ -45,6 +46,15 @@ def test_the_attenuation_bounds_the_decrease_of_the_inertia(coarser: int) -> Non
     lost = 1.0 - inertia.value / TRUTH.inertia
     assert inertia.high < TRUTH.inertia
     assert 0.2 * found.attenuation < lost < 2.0 * found.attenuation
+
+
+def test_logs_do_not_disagree_because_one_encoder_is_coarse() -> None:
+    axis = TRUTH._replace(encoder_step=8.0 * TRUTH.encoder_step)
+    logs = [record(sines(1, axis), axis, "coarse"), record(sines(2, FINE), FINE, "fine")]
+    found = identify_records(logs, [], clutch(), "least-squares", IdentificationSettings())
+    assert not any(text.startswith("inertia") for text in found.warnings)
+    inertia = found.identified["inertia"]
+    assert inertia.low <= TRUTH.inertia <= inertia.high
 
 
 def test_an_encoder_whose_noise_hides_the_acceleration_gives_friction_only() -> None:
