@@ -6,7 +6,6 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 from msgspec import structs
@@ -17,88 +16,14 @@ from frictool.campaign.automatic_design import EASINGS, AutomaticDesign, design_
 from frictool.campaign.design_trial import DesignTest, design_test
 from frictool.campaign.narrower_range import narrowed
 from frictool.campaign.views.search_view import narrower_words, refusal_lines, search_json
-from frictool.documents.bench import Bench
-from frictool.documents.model import Model, Parameters
-from frictool.documents.provenance import Provenance
+from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate
 from frictool.documents.spec import Spec
 from frictool.simulate.axis_variants import parameters_of
 from frictool.synth.search.pi_cascade import PI_CASCADE
+from tests.support.turntable import IMPOSSIBLE, POSSIBLE, RANGES, turntable
 
-RANGES = {  # low, value, high [SI]
-    "inertia": (0.018, 0.02, 0.022),
-    "viscous": (0.04, 0.05, 0.06),
-    "coulomb": (1.35, 1.5, 1.65),
-    "breakaway": (1.4, 1.7, 7.0),
-}
-UNITS = {
-    "inertia": "kg m^2",
-    "viscous": "N m s/rad",
-    "coulomb": "N m",
-    "breakaway": "N m",
-    "offset": "N m",
-}
 CANDIDATES = 12
-
-
-def turntable(**others: tuple[float, float, float]) -> Model:
-    """Return a turntable with a coarse encoder; `others` replace RANGES."""
-    ranges = {**RANGES, **others}
-    mechanics = {
-        name: {"low": low, "value": value, "high": high, "unit": UNITS[name]}
-        for name, (low, value, high) in ranges.items()
-    }
-    bench = {
-        "format": "bench/1",
-        "name": "turntable",
-        "axis": "rotary",
-        "sample_period_s": 0.004,
-        "delay_samples": 1,
-        "encoder": {"step": {"value": 0.004, "unit": "rad"}},
-        "actuator": {
-            "drive": "current",
-            "constant": {"low": 0.78, "value": 0.8, "high": 0.82, "unit": "N m/A"},
-            "limit": {"value": 12, "unit": "A"},
-        },
-        "mechanics": {
-            **mechanics,
-            "travel": {"low": 0.0, "high": 6.0, "unit": "rad"},
-            "top_speed": {"value": 15, "unit": "rad/s"},
-        },
-        "columns": {"time": {"column": "time", "unit": "s"}},
-    }
-    estimates = {
-        name: Estimate(low=low, value=value, high=high, unit=UNITS[name], source="bench")
-        for name, (low, value, high) in {**ranges, "offset": (0.0, 0.0, 0.0)}.items()
-    }
-    return Model(
-        format="model/1",
-        name="turntable",
-        axis="rotary",
-        law="coulomb",
-        method="bench",
-        confidence=0.95,
-        bench=msgspec.convert(bench, Bench),
-        parameters=Parameters(**estimates),
-        provenance=Provenance("a test", "0"),
-    )
-
-
-def specified(response_s: float, overshoot: float, error: float) -> Spec:
-    spec = {
-        "format": "spec/1",
-        "name": "turntable",
-        "axis": "rotary",
-        "drive": "current",
-        "response_time_95_s": response_s,
-        "overshoot_percent": overshoot,
-        "static_error": {"value": error, "unit": "rad"},
-        "modulus_margin": 0.5,
-    }
-    return msgspec.convert(spec, Spec)
-
-
-POSSIBLE, IMPOSSIBLE = specified(0.4, 5.0, 0.008), specified(0.25, 0.1, 0.0045)
 
 
 @pytest.fixture

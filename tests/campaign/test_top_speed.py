@@ -20,7 +20,7 @@ from frictool.synth.search.candidate_controller import CandidateControllers
 from frictool.synth.search.design_scales import design_scales
 from frictool.synth.search.pi_cascade import PI_CASCADE
 from frictool.synth.search.played_search import Candidate
-from tests.campaign.test_narrower_range import POSSIBLE, turntable
+from tests.support.turntable import POSSIBLE, turntable
 
 
 def turning(top_speed: float) -> DesignTest:
