@@ -137,7 +137,7 @@ def slipping_fit(
             wider = _widened_to(result, fitting(with_fixed(samples, fixed), used))
             parts = _used_rows(records, bench, share, settings.window)
             rounding = inertia_change(result, samples, parts) / inertia.value
-            lost = max(result.attenuation, (noise / unexplained) ** 2, rounding)
+            lost = max(result.attenuation, (noise / unexplained) ** 2) + rounding
             checked = replace(wider, attenuation=lost)
     return with_temperature_law(with_laws(checked, bench), records)
 
