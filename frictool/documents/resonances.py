@@ -1,7 +1,10 @@
 """`resonances` of `model.yaml`: modes of compliant links between the effort and the position.
 
-    position = H(s) rigid position,  H(0) = 1
-    H = (product over the zeros)/(product over the poles) of 1 + 2 d s/w + s^2/w^2 and 1 + s/w
+    position = H(s) (rigid position),  H(0) = 1
+    H = (product of the factors of all zeros)/(product of the factors of all poles)
+
+    1 + 2 d s/w + s^2/w^2     factor of a complex pair of zeros or poles
+    1 + s/w                   factor of a real zero or pole
 
 The rigid position is the position that rigid links would have. w is an angular frequency [rad/s],
 and d is a damping ratio.

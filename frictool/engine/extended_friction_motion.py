@@ -83,8 +83,10 @@ def threshold(
 ) -> float:
     """Return the largest effort [N | N m] in `direction` under which the body stays at rest.
 
-    Without a lubricant film, this effort is the breakaway. A film with the lagged velocity w lowers
-    the friction at the start of a slip, and lowers this effort by the same amount.
+    Without a lubricant film, this effort is the breakaway. The velocity w of a film follows the
+    velocity of the body with a lag, so that w is not yet 0 at the start of a rest. The friction at
+    the start of a slip is then lower than for w = 0. The result is the breakaway minus this
+    difference.
     """
     force, body = driven.force, driven.body
     forward, backward, table, p = laws

@@ -132,8 +132,8 @@ class FrictionExtension:
         )
         if elastic >= smallest:
             raise ValueError(
-                f"elastic_limit is {elastic:g}; allowed: below the least breakaway/stiffness "
-                f"within the travel, {smallest:g}"
+                f"elastic_limit is {elastic:g}; allowed: below {smallest:g}, the smallest "
+                "breakaway within the travel, divided by the stiffness"
             )
 
     def _check_numbers(self) -> None:

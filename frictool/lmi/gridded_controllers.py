@@ -194,7 +194,13 @@ def certified_gamma(
 
 
 def _carried(solution: GriddedSolution, drift: Matrix, still: Matrix) -> Matrix:
-    """Return the time derivative of P: T^-T diag(0, dY/dt) T^-1 with T = [X I; I 0]."""
+    """Return the time derivative of the Lyapunov matrix P(r) of `lyapunov`.
+
+    X is constant. The derivative is therefore T^-T diag(0, dY/dt) T^-1, with T = [X I; I 0].
+
+    - drift: dY/dt
+    - still: zero matrix of the size of Y
+    """
     x = solution.x[0]
     identity = np.eye(len(drift))
     inverse = np.linalg.inv(np.block([[x, identity], [identity, still]]))

@@ -9,7 +9,7 @@ from frictool.documents.proof import Proof
 from frictool.report.evidence import StreamEvidence
 from frictool.report.requirement import Requirement
 
-PROVED = "proved for every start within an encoder count, with the plants {}"
+PROVED = "proved for every initial position within the start's encoder count, with the plants {}"
 BOX_PROVED = "proved for every start and every plant of the box"
 CERTIFIED = "proved for every constant plant of the certificate's box"
 

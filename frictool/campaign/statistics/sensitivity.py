@@ -154,7 +154,8 @@ class FactorPair:
 class Sensitivity:
     """Sensitivity of failures and metrics.
 
-    `questions`: comparisons of failing with passing trials, for the masks that `masks` returns.
+    `questions`: comparisons of failing with passing trials: for all requirements together, for
+        each requirement, and for trials that could not be simulated (see `masks`).
     `influences` (m,): influence of the factors on each metric.
     `pair`: pair of factors that explains the failures best; None if no trial fails, if no trial
         passes, or if there is only one factor.

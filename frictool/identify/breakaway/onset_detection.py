@@ -416,7 +416,11 @@ def _straight_from(record: MotionRecord, start: int, end: int) -> int | None:
 
 
 def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
-    """Return the weight `timing` (onset.py): mean square of the counts moved per sample."""
+    """Return the weight `timing`, the ratio of two variances in count^2 (onset.py).
+
+    Sampling causes the variance (counts moved per sample)^2/12 of the position at a change. The
+    unknown start has the variance 1/12. The ratio is averaged over the intervals between changes.
+    """
     if time.size < 2:
         return 1.0  # any positive number: one change alone does not determine the position
     return float(

@@ -98,7 +98,10 @@ def _fitted_efforts(units: Sequence[PositionLoad], position: Vector) -> Matrix:
 
 
 def with_further_orders(data: OnsetData, fit: BreakawayFit) -> BreakawayFit:
-    """Return the fit of polynomials with FURTHER_ORDERS more orders to the friction of `fit`."""
+    """Return a copy of `fit` with the polynomial order raised by FURTHER_ORDERS.
+
+    The polynomials of the copy are fitted to the same friction.
+    """
     order = fit.structure.orders[0] + FURTHER_ORDERS
     structure = PolynomialOrders((order, order), True)
     return replace(

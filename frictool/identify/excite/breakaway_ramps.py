@@ -169,9 +169,9 @@ def returning_ramps(bench: Bench) -> str | None:
         return None
     unit = si_unit("effort", bench.axis)
     return (
-        f"at a drive of 0, a load of up to {load:.3g} {unit} (offset, load.most) may exceed the "
-        f"breakaway (from {least:.3g}) and move the axis faster than stated (an arm falls); "
-        "balance it, or narrow both"
+        f"offset + load.most is up to {load:.3g} {unit} and may exceed the breakaway (at least "
+        f"{least:.3g}): at a drive of 0, the axis may move faster than simulated; balance the "
+        "load, or narrow its range"
     )
 
 

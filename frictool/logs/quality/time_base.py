@@ -63,11 +63,13 @@ def time_base(time: Vector) -> TimeBase:
 
 
 def coarse_period(time: Vector) -> tuple[float, float] | None:
-    """Return (period, error) of equidistant rows if several successive rows have the same time.
+    """Return (period, error) of equidistant rows whose logged times are rounded.
 
-    time: times (n,) that never decrease, for example of a logger that writes whole seconds. Period
-        and error have the unit of `time`. The result is None if fewer than two runs of equal times
-        are complete, or if the runs are not equally long.
+    Several successive rows then have the same time, for example if a logger writes whole seconds.
+
+    time: times (n,) that never decrease. Period and error have the unit of `time`. The result is
+        None if fewer than two runs of equal times are complete, or if the runs are not equally
+        long.
     """
     changes = np.flatnonzero(np.diff(time)) + 1
     if changes.size < 3 or np.any(np.diff(time) < 0):

@@ -55,10 +55,10 @@ class NumberField:
     labels: tuple[str, ...] = ()
 
     def paths(self) -> Iterator[str]:
-        """Yield the paths of the field's numbers.
+        """Yield the path of each number in this field, such as `pose.x` or `position[0]`.
 
-        An element of an array with labels has two paths. The paths with labels come first, then the
-        paths with indices. The numbers of an array longer than MOST_LISTED are not listed.
+        An array element with a label has two paths: `position[label]` and `position[index]`. The
+        paths with labels come first. An array longer than MOST_LISTED yields no path.
         """
         if self.count is None:
             yield self.path
