@@ -14,9 +14,10 @@ steps fit the sliding parameters together with these loads and effects.
 4. The preferred method is compared with the other method of steps 2 and 3 and with output error:
    each method predicts strokes that its fit did not use (`method_comparison`). The preferred method
    is used if its prediction error is at most a tenth larger than the smallest one.
-5. If `assess` proposes the weak form for the inertia, the weak form estimates the inertia, unless
-   the interval by the above steps, with the effect of the encoder's noise, is narrower. If no step
-   gives an inertia with a finite interval, output error estimates the inertia.
+5. If these steps do not identify the inertia, or if the encoder's noise decreases their inertia and
+   the weak form gives a narrower interval, the weak form estimates the inertia, provided that
+   `assess` proposes this method. If no step gives an inertia with a finite interval, output error
+   estimates the inertia.
 
 If the bench declares no loads, the Stribeck curve is fitted to the parts at constant speed
 (`stribeck_curve`) in two cases: if these parts are more than 70 % of the motion, or if the above
@@ -166,9 +167,10 @@ def _suitable(
             pass  # not enough strokes or speeds: least squares average over windows instead
     fit = _differentiated(records, bench, settings, droppable)
     own = fit.parameters.get("inertia")
+    lost = 0.0 if own is None else fit.attenuation * own.value
     if weak is None or (
         own is not None
-        and own.half_width + fit.attenuation * own.value <= weak.parameters["inertia"].half_width
+        and (lost == 0.0 or own.half_width + lost <= weak.parameters["inertia"].half_width)
     ):
         return fit
     friction_fit = _at_inertia(fit, weak.parameters["inertia"], records, bench, settings)
