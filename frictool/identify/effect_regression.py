@@ -25,7 +25,6 @@ from frictool.identify.estimators.load_hypotheses import declared_term, harmonic
 from frictool.identify.estimators.searched_records import ECCENTRICITY, SearchedRecords
 from frictool.identify.fit_result import (
     SLIDING,
-    Explanation,
     Interval,
     SlidingFit,
     UnusableLogs,
@@ -38,14 +37,7 @@ from frictool.identify.outcome import sliding_intervals
 from frictool.identify.regression.multiway import equal_bins, shared_variance
 from frictool.identify.regression.regression import SingularRegressors, solve_triangles
 from frictool.identify.regression.term_selection import beyond_chance
-from frictool.identify.rows.effects import (
-    DELAY,
-    FALLS,
-    RISING,
-    RISING_SETTLE,
-    WARMING,
-    Hypothesis,
-)
+from frictool.identify.rows.effects import DELAY, FALLS, WARMING, Hypothesis
 from frictool.identify.rows.load_terms import (
     GRAVITY,
     RIPPLES,
@@ -55,6 +47,7 @@ from frictool.identify.rows.load_terms import (
     terms_of,
 )
 from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed, without_loads
+from frictool.identify.rows.shape_over_speed import named_by_shape
 from frictool.plant.position_load import PositionLoad
 from frictool.typing import IntVector, Matrix, Vector
 
@@ -62,7 +55,6 @@ BINS = 24  # number of bins of the position, and of velocity and sign of the acc
 # a parameter depends on few rows if (sum q)^2/(n sum q^2) is below this value; q are the squared
 # influences of the n rows on the parameter; a sinusoidal motion gives 0.5
 FEW_ROWS = 0.2
-SLOWEST = 0.1  # share of the samples that give the friction at low speed
 MOST_EFFECTS = 4  # largest number of effects that are added to the model
 FEWEST_STROKES = 12  # with fewer strokes, the halves of the data hardly predict each other
 RESONANCE = "resonance"
@@ -226,7 +218,7 @@ class EffectRegression:
         The result also contains effects that could replace an effect of the model without a worse
         prediction of strokes left out of the fit.
         """
-        if self._values(self.used) is None or self.rows.squares(self.used) is None:
+        if self.values(self.used) is None or self.rows.squares(self.used) is None:
             return []
         out = self._rivals()
         chosen = list(self.used)
@@ -303,7 +295,7 @@ class EffectRegression:
         delay = Interval.around(weight * found.value, float(np.sqrt(weight)) * half)
         shift = {name: delay.value * one for name, one in rates.items()}
         if self.winding and delay.value < 0.0 and "inertia" in shift:
-            viscous = (self._values([*self.used, late]) or {}).get("viscous", 0.0)
+            viscous = (self.values([*self.used, late]) or {}).get("viscous", 0.0)
             shift["inertia"] -= delay.value * viscous
         return AcceptedEffects(
             (late.what,),
@@ -356,8 +348,8 @@ class EffectRegression:
         `effect` must have a single coefficient. The result is empty if the rows do not determine
         this coefficient.
         """
-        alone = self._values(self.used)
-        values = self._values([*self.used, effect])
+        alone = self.values(self.used)
+        values = self.values([*self.used, effect])
         if alone is None or values is None:
             return {}
         (column,) = effect.names
@@ -374,8 +366,8 @@ class EffectRegression:
         eccentric = next((one for one in self.free if one.term == ECCENTRICITY), None)
         if eccentric is None:
             return None
-        values = self._values([*self.used, eccentric])
-        alone = self._values(self.used)
+        values = self.values([*self.used, eccentric])
+        alone = self.values(self.used)
         if values is None or alone is None or not self._improves(eccentric):
             return None
         shift = {}
@@ -444,8 +436,8 @@ class EffectRegression:
         self, hypotheses: Sequence[Hypothesis], significance: float
     ) -> list[AcceptedEffects]:
         """Return the shift of the parameters by those `hypotheses` that the model lacks, or []."""
-        alone = self._values(self.used)
-        values = self._values(hypotheses)
+        alone = self.values(self.used)
+        values = self.values(hypotheses)
         if alone is None or values is None:
             return []
         more = [one for one in hypotheses if one not in self.used]
@@ -467,57 +459,13 @@ class EffectRegression:
         return [AcceptedEffects(what, significance, shift, held_out, whole=whole, settle=settle)]
 
     def named(self, one: Hypothesis, others: Sequence[Hypothesis]) -> Hypothesis:
-        """Return the hypothesis `one` with name and advice that suit its effort.
+        """Return the hypothesis `one` with name and advice that suit its fitted effort.
 
-        The effort is fitted together with the hypotheses `others`. The columns of FALLS also
-        describe a friction that rises less than in proportion to speed. Over the speed, their
-        effort is then concave: its regression on a parabola has a negative curvature. A Stribeck
-        curve cannot be fitted to an axis with a load.
+        The effort is fitted together with the hypotheses `others` (`rows/shape_over_speed.py`).
         """
         model = [*others, one]
-        values = self._values(model) if one.term in FALLS else None
-        if values is None:
-            return one
-        samples = self.rows.samples
-        names = [name for fall in model if fall.term in FALLS for name in fall.names]
-        friction = samples.sign * sum(values[name] * samples.loads[name] for name in names)
-        if np.polynomial.Polynomial.fit(np.abs(samples.velocity), friction, 2).coef[2] < 0.0:
-            return replace(one, what=RISING, settle=RISING_SETTLE)
-        loaded = any(name in values for parts in TERMS.values() for name in parts)
-        return replace(one, settle=f"add {one.term} to load.terms") if loaded else one
-
-    def slow_friction(self) -> float | None:
-        """Return the Coulomb friction [N m | N] of a line through the friction at low speeds.
-
-        The friction is fitted with the columns of the first of FALLS. The line is fitted to the
-        slowest samples (SLOWEST). The result is None if the regression does not determine it.
-        """
-        fall = next((one for one in self.hypotheses if one.term == FALLS[0]), None)
-        if fall is None:
-            return None
-        values = self._values([*(one for one in self.used if one is not fall), fall])
-        if values is None or "coulomb" not in values:
-            return None
-        samples = self.rows.samples
-        speed = np.abs(samples.velocity)
-        slow = speed <= np.quantile(speed, SLOWEST)
-        effort = sum(values[name] * samples.loads[name] for name in fall.names)
-        line = np.polynomial.Polynomial.fit(speed[slow], (samples.sign * effort)[slow], 1)
-        return values["coulomb"] + float(line(0.0))
-
-    def explained(self, one: Explanation) -> Explanation:
-        """Return the explanation with name and advice that suit its fitted effort (`named`)."""
-        falls = {h.term: h for h in self.hypotheses if h.term in FALLS}
-        named = {
-            term: self.named(h, [other for other in self.used if other is not h])
-            for term, h in falls.items()
-        }
-        names = {h.what: named[term].what for term, h in falls.items()}
-        rivals = tuple(names.get(what, what) for what in one.rivals)
-        if one.name not in named:
-            return replace(one, rivals=rivals)
-        kind = named[one.name]
-        return replace(one, what=kind.what, settle=kind.settle, rivals=rivals)
+        values = self.values(model) if one.term in FALLS else None
+        return one if values is None else named_by_shape(one, model, values, self.rows.samples)
 
     def alternative(self, hypotheses: Sequence[Hypothesis]) -> list[AcceptedEffects]:
         """Return the shift of the parameters from the model to a fit with `hypotheses`, or [].
@@ -540,8 +488,8 @@ class EffectRegression:
         fit can give any factor.
         """
         others = [one for one in hypotheses if one.term != ECCENTRICITY or one in self.used]
-        alone = self._values(self.used)
-        without = self._values(others) if len(others) < len(hypotheses) else None
+        alone = self.values(self.used)
+        without = self.values(others) if len(others) < len(hypotheses) else None
         if alone is None or without is None:
             return dict(shift)
         out = dict(shift)
@@ -552,7 +500,8 @@ class EffectRegression:
                 out[name] = other + float(np.clip(out[name] - other, -limit, limit))
         return out
 
-    def _values(self, hypotheses: Sequence[Hypothesis]) -> dict[str, float] | None:
+    def values(self, hypotheses: Sequence[Hypothesis]) -> dict[str, float] | None:
+        """Return the fitted parameters with `hypotheses`; None if the regressors are singular."""
         columns = self.rows.columns(hypotheses)
         try:
             values = self.rows.fitted(columns)

@@ -23,8 +23,10 @@ import numpy as np
 
 from frictool.identify.effect_regression import AcceptedEffects, EffectRegression
 from frictool.identify.estimators.searched_records import ROWS_PER_WINDOW
-from frictool.identify.rows.effects import WHAT, WIDE_SHARES, Hypothesis
+from frictool.identify.fit_result import Explanation
+from frictool.identify.rows.effects import FALLS, WHAT, WIDE_SHARES, Hypothesis
 from frictool.identify.rows.regression_samples import reduced
+from frictool.identify.rows.shape_over_speed import friction_at_rest
 
 WIDEST = WIDE_SHARES[-1]  # largest speed w relative to the top speed
 SLOWEST = 0.05  # share of the samples whose speeds are below the smallest w
@@ -64,3 +66,32 @@ def falling_friction(regression: EffectRegression) -> list[AcceptedEffects]:
     extended = replace(regression, rows=rows)
     shifts = extended.alternative([*used, best[1]])
     return [replace(one, one_sided=True) for one in shifts]
+
+
+def slow_friction(regression: EffectRegression) -> float | None:
+    """Return the friction [N m | N] at speed 0 with the columns of the first of FALLS.
+
+    The result is None if the regression does not determine it.
+    """
+    fall = next((one for one in regression.hypotheses if one.term == FALLS[0]), None)
+    if fall is None:
+        return None
+    values = regression.values([*(one for one in regression.used if one is not fall), fall])
+    if values is None or "coulomb" not in values:
+        return None
+    return friction_at_rest(fall.names, values, regression.rows.samples)
+
+
+def explained(regression: EffectRegression, one: Explanation) -> Explanation:
+    """Return an explanation with name and advice that suit its fitted effort."""
+    falls = {fall.term: fall for fall in regression.hypotheses if fall.term in FALLS}
+    named = {
+        term: regression.named(fall, [other for other in regression.used if other is not fall])
+        for term, fall in falls.items()
+    }
+    names = {fall.what: named[term].what for term, fall in falls.items()}
+    rivals = tuple(names.get(what, what) for what in one.rivals)
+    if one.name not in named:
+        return replace(one, rivals=rivals)
+    kind = named[one.name]
+    return replace(one, what=kind.what, settle=kind.settle, rivals=rivals)

@@ -96,6 +96,6 @@ def _skipped_counts(record: MotionRecord, bench: Bench) -> list[str]:
         fastest = float(np.max(np.abs(steps[inside]))) * record.resolution / record.period
         text = (
             f"the speed reaches {fastest / top_speed.value:.3g} times mechanics.top_speed; check "
-            "top_speed, and the counts or the unit of the position"
+            "top_speed, the encoder's counts per turn and the unit of the position"
         )
     return [f"{record.name}: {text}"] if text else []

@@ -58,7 +58,7 @@ from frictool.identify.effect_regression import (
 from frictool.identify.estimators.explanation_search import NOTICEABLE
 from frictool.identify.estimators.load_hypotheses import declared_term
 from frictool.identify.estimators.searched_records import ECCENTRICITY
-from frictool.identify.falling_friction import falling_friction
+from frictool.identify.falling_friction import explained, falling_friction, slow_friction
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.fitted_lag import exchanged_inertia, late_fit
 from frictool.identify.fixed_parameter_refit import refit
@@ -215,9 +215,9 @@ def widened(
         for name, one in parameters.items()
         if one.half_width > NOTABLE * plain.parameters[name].half_width > 0.0
     }
-    explanations = tuple(regression.explained(one) for one in fit.explanations)
+    explanations = tuple(explained(regression, one) for one in fit.explanations)
     shown = [one.what for one in explanations] + [one.what[-1] for one in certain[:1]]
-    slow = regression.slow_friction() if RISING in shown else None
+    slow = slow_friction(regression) if RISING in shown else None
     details = fit.details if slow is None else {**fit.details, SLOW_FRICTION: slow}
     return WidenedFit(
         replace(fit, parameters=wide, explanations=explanations, details=details),

@@ -110,10 +110,10 @@ def ringing_check(
 def lowest_tolerated(controller: Controller) -> float | None:
     """Return the frequency [Hz] above which a resonance leaves the loops stable.
 
-    The loops are checked at the vertex with the smallest margin, with plants of two inertias that
-    oscillate at the frequencies TRIED with the damping ratio UNKNOWN_DAMPING. The result is half
-    the sampling rate if a loop is unstable there, and None if no tried frequency makes a loop
-    unstable.
+    The loops are checked with two-mass plants that have the parameters of the vertex with the
+    smallest margin, resonate at the frequencies TRIED, and have the damping ratio UNKNOWN_DAMPING.
+    If a loop is unstable at the highest tried frequency, half the sampling rate, this frequency is
+    the result. The result is None if no tried frequency makes a loop unstable.
     """
     vertices = controller.verified.vertices
     worst = smallest([one.modulus_margin for one in vertices])[1]
@@ -136,8 +136,8 @@ def unknown_resonance(controller: Controller) -> list[str]:
     if above is None:
         return []
     return [
-        f"rigid plants: a drive train that oscillates below {above:.3g} Hz, which no log showed, "
-        f"may make a loop unstable (damping ratio {UNKNOWN_DAMPING:g})"
+        f"not tested: an elastic drive train; a resonance below {above:.3g} Hz may make a loop "
+        f"unstable (assumed damping ratio {UNKNOWN_DAMPING:g}); no log showed one"
     ]
 
 

@@ -247,11 +247,12 @@ def search_explanations(
 def _certain(
     used: list[Hypothesis], explanations: list[Explanation]
 ) -> tuple[list[Hypothesis], list[Explanation]]:
-    """Return hypotheses and explanations without effects that another hypothesis could replace.
+    """Leave out the effects that another hypothesis explains equally well.
 
-    A model without such an effect, fitted as if this effect were certain, predicts other logs worse
-    than a plain fit. If a load is used, its own test included these effects, and they are kept. So
-    are a measured temperature, a delay and a resonance.
+    `explanations` are the texts of `used`. The model document contains no effect. If an effect is
+    fitted but the axis does not have it, the model predicts other logs worse than a fit without the
+    effect. All effects are kept if a load is used, because the test of the load included them. A
+    measured temperature, a delay and a resonance are always kept.
     """
     if any(one.is_load for one in used):
         return used, explanations

@@ -10,10 +10,11 @@ lengths that overlap by half. With the spectra A and U of the segments,
 The motion shows a resonance at a frequency if
 
 - |H| is the largest within the factor NEAR of the frequency
-- the coherence at the frequency is at least COHERENT, or at least LEAST_COHERENCE if its median
-  within the factor NEAR is at least COHERENT
-- |H| is at least ABOVE times 1/inertia, and ABOVE times the median of |H| at NEAR to FAR times the
-  frequency, and at 1/FAR to 1/NEAR of it, including two standard errors
+- the coherence at the frequency is at least COHERENT; LEAST_COHERENCE suffices if the median
+  coherence within the factor NEAR is at least COHERENT
+- |H| is at least ABOVE times 1/inertia
+- |H| is at least ABOVE times its median over each of two bands: from NEAR to FAR times the
+  frequency, and from 1/FAR to 1/NEAR of it; two standard errors are added to |H| in the bands
 - the phase of H decreases across the frequency, as at a pair of poles with little damping
 - both halves of the segments, or segments of another length, show the same frequency
 
@@ -70,8 +71,8 @@ class _Peak(NamedTuple):
 def resonance_in_motion(records: Sequence[MotionRecord], inertia: float) -> Ringing | None:
     """Return the most distinct resonance of records with one sample period, or None.
 
-    `inertia` [kg m^2 | kg] is the inertia of the rigid axis. The interval of the frequency reaches
-    over the distance of two frequencies of the spectrum on both sides.
+    `inertia` [kg m^2 | kg] is the inertia of the rigid axis. The interval of the frequency is
+    +- twice the frequency step of the spectrum.
     """
     usable = [one for one in records if one.velocity is None and one.period == records[0].period]
     peaks = [peak for length in LENGTHS for peak in _peaks(usable, inertia, length)]

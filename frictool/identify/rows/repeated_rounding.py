@@ -1,12 +1,16 @@
 """Error of the inertia due to the encoder's rounding, from rounding the smoothed motion again.
 
 The largest possible error (`quantisation_limit`) has the worst sign at every sample. If the motion
-passes many counts, the signs alternate, and the error is much smaller. To compute it, the smoothed
-position is rounded by encoders whose counts begin at PHASES different positions. The effort of the
-fitted inertia and viscous friction along the smoothed motion is then fitted with the signals of
-each rounded position. The largest change of the inertia is the error.
+passes many counts, the signs alternate, and the error is much smaller. It is computed in three
+steps:
 
-A controller that follows the rounding is not repeated; the attenuation of the fit includes it.
+1. The smoothed position is rounded by encoders whose counts begin at PHASES different positions.
+2. The fitted inertia and viscous friction give an effort along the smoothed motion.
+3. This effort is fitted again, with acceleration and velocity from each rounded position. The
+   largest change of the inertia is the error.
+
+A controller may also respond to the rounding. The error leaves out this response; `attenuation` of
+the fit (the relative decrease of the inertia by noise) allows for it.
 """
 
 from __future__ import annotations

@@ -2,11 +2,11 @@
 
 A step from one sample to the next is a jump if it exceeds two counts plus twice the distance that
 the axis covers at top speed, and if it differs from the steps before and after it by more than half
-of this limit. The factor two allows for a servo that is faster than specified; a motion that is
-still faster has equal successive steps. If
-the top speed is unknown, a step is a jump if it meets three conditions. It is longer than 20
-counts, more than ten times as long as the steps before and after it, and more than three times as
-long as the 99 % quantile of the steps in the block.
+of this limit. Twice the distance allows for a servo that is faster than specified. In a motion that
+is still faster, successive steps are nearly equal, and no step is a jump. If the top speed is
+unknown, a step is a jump if it meets three conditions. It is longer than 20 counts, more than ten
+times as long as the steps before and after it, and more than three times as long as the 99 %
+quantile of the steps in the block.
 """
 
 from __future__ import annotations
