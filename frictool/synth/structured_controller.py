@@ -218,8 +218,10 @@ def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
     The blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with separate output coefficients. N = r1 + q1
     (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d.
     The diagonal blocks keep the poles even if poles nearly coincide; a companion form of the
-    product would lose this accuracy.
+    product would lose this accuracy. q1 has the slowest poles: division by a factor with fast poles
+    multiplies the coefficients of the remainders, whose sum would then cancel at low frequencies.
     """
+    factors = sorted(factors, key=lambda factor: factor[-1] ** (1.0 / (len(factor) - 1)))
     n = sum(len(factor) - 1 for factor in factors)
     a = np.zeros((n, n))
     b = np.zeros((n, 1))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from frictool.plant.lti import inverse_tustin
@@ -95,6 +95,7 @@ def test_no_ringing_pole_where_the_bound_is_the_bilinear_one() -> None:
 
 @settings(max_examples=60)
 @given(structure=structures, seed=seeds)
+@example(StructuredController(6, False, False, 2000.0, 30.0, 20.0, PERIOD), 4041)
 def test_the_state_space_is_the_formula(structure: StructuredController, seed: int) -> None:
     parameters = _parameters(structure, seed)
     w = np.geomspace(0.1, 0.999 * np.pi / PERIOD, 40)
