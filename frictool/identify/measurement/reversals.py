@@ -134,6 +134,18 @@ class ReversalRows:
 
 
 @dataclass(frozen=True)
+class ReversalErrors:
+    """Largest errors that the regression of the backlash does not show.
+
+    - reversal: error of the position of a reversal, rad | m
+    - delay: error of the delay between position and effort, s
+    """
+
+    reversal: float
+    delay: float
+
+
+@dataclass(frozen=True)
 class OtherCauses:
     """Loads and friction that may change the effort after reversals, as a backlash does.
 
@@ -268,14 +280,28 @@ class ReversalRegression:
     def with_width(self, width: float) -> LeastSquaresSolution:
         """Return the regression with the backlash, linearised in its width [rad | m].
 
-        The last regressor is the derivative of the effort with respect to the width.
+        The last parameter is the error of the width.
         """
+        return self.solved(self._linearised(width))
+
+    def change_with_delay(self, width: float) -> float:
+        """Return the change of the estimated width per change of the delay [rad/s | m/s].
+
+        The delay shifts the effort in time: its error times the slope of the effort is an error of
+        the effort, which the regression linearised at `width` [rad | m] partly assigns to the
+        width. Other parameters change, too, so that the result may exceed the speed of the axis.
+        """
+        columns = self._linearised(width)
+        return float(np.linalg.lstsq(columns, self.plain[:, SLOPE], rcond=None)[0][-1])
+
+    def _linearised(self, width: float) -> Matrix:
+        """Return the columns of `split`, and the effort's derivative with respect to the width."""
         one = self.rows[0]
         speed = float(np.sqrt(np.mean(np.concatenate([r.plain[:, 1] for r in self.rows]) ** 2)))
         step = max(one.count, speed * one.period)
         up, here, down = (self.split(width + shift) for shift in (step, 0.0, -step))
         value = self.fit_of(width)[0]
-        return self.solved(np.column_stack((here, (up - down) @ value / (2.0 * step))))
+        return np.column_stack((here, (up - down) @ value / (2.0 * step)))
 
     @cached_property
     def _basis(self) -> Matrix:
@@ -319,8 +345,8 @@ def reversals(
         late = _over_windows(partial(_delay, records, other, gap, confidence), windows)
         known = late if isinstance(late, Interval) else Interval.around(0.0, facts.sensing.period)
         moved = [_with_earlier_effort(record, known.value) for record in records]
-        ranges = [step, facts.speed * known.half_width]
-        width = _over_windows(partial(_backlash, moved, other, widest, ranges, confidence), windows)
+        errors = ReversalErrors(step, max(known.high - known.value, known.value - known.low))
+        width = _over_windows(partial(_backlash, moved, other, widest, errors, confidence), windows)
         if not isinstance(width, Interval) or width.high <= gap:
             break
         gap = width.high
@@ -408,15 +434,13 @@ def _backlash(
     records: list[MotionRecord],
     other: OtherCauses,
     widest: float,
-    ranges: list[float],
+    errors: ReversalErrors,
     confidence: float,
     window: int,
 ) -> Interval:
     """Return the full width of the backlash [rad | m] from all rows.
 
-    `ranges` contains two errors [rad | m]: the error of the position of a reversal, and the
-    distance that the axis moves within the uncertainty of the delay. Raises UnusableLogs if the
-    rows show no backlash.
+    Raises UnusableLogs if the rows show no backlash.
     """
     regression = _regression(records, other, window)
     width = _width(regression, widest, other.bench.axis)
@@ -424,7 +448,8 @@ def _backlash(
     if not np.isfinite(half):
         raise UnusableLogs("too few reversals for an interval of the backlash; record more strokes")
     normal = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
-    reach = half_width(confidence, half / normal, ranges)
+    late = abs(regression.change_with_delay(width)) * errors.delay
+    reach = half_width(confidence, half / normal, [errors.reversal, late])
     return Interval.around(width, reach, 0.0)
 
 
