@@ -28,9 +28,9 @@ LEAKAGE = 2  # lowest line of the spectrum that a constant drive does not reach 
 class WhiteNoise(NamedTuple):
     """White noise on a signal.
 
-    - deviation: largest standard deviation that agrees with the signal, in the signal's unit
-    - shown: False if the signal's changes from sample to sample are not white, so that they may be
-      an oscillation of the drive
+    - deviation: upper estimate of the noise's standard deviation, in the signal's unit
+    - shown: True if the signal's changes from sample to sample have a white spectrum; False if they
+      may be an oscillation of the drive
     """
 
     deviation: float
@@ -38,12 +38,12 @@ class WhiteNoise(NamedTuple):
 
 
 def white_noise(signal: Vector) -> WhiteNoise:
-    """Return the white noise on `signal` (n,); its deviation is 0 for n < 3.
+    """Estimate the white noise on `signal` (n,); its standard deviation is 0 for n < 3.
 
     The first estimate is the median of |second difference|/(0.6745 sqrt 6). A component that is
     smooth from sample to sample does not change this estimate, but an oscillation or a coarse
-    quantisation increases it. If the smallest spectral density is too small for this estimate, the
-    estimate follows from this density.
+    quantisation increases it. A second estimate comes from the smallest spectral density of the
+    signal. The second estimate is used if it is significantly smaller.
     """
     if signal.size < 3:
         return WhiteNoise(0.0, True)
@@ -79,17 +79,21 @@ def noise_floor(signal: Vector) -> float:
 
 
 def peak_factor(samples: int) -> float:
-    """Return (peak that `samples` values of white noise hardly exceed)/(standard deviation)."""
+    """Return the peak of `samples` values of white noise, divided by their standard deviation.
+
+    Fewer than 1 of 1000 records of white noise exceed this peak.
+    """
     return math.sqrt(2.0 * math.log(max(samples, 2))) + MARGIN
 
 
 @lru_cache(maxsize=16)
 def ordered_noise(samples: int) -> Vector:
-    """Return bounds (n,) of the sorted |noise| of n samples, largest first, in deviations.
+    """Return an upper bound of each |noise| of n samples, sorted, largest first, (n,).
 
-    Noise has one most frequent value. Gauss's inequality thus bounds the probability of a larger
-    |noise|, and the inequality of Dvoretzky, Kiefer and Wolfowitz bounds the distance of the
-    sample's distribution from this probability. The first value is at most `peak_factor`.
+    The bounds are multiples of the noise's standard deviation. The distribution of the noise is
+    assumed to be unimodal, so that Gauss's inequality bounds the probability of a larger |noise|.
+    The inequality of Dvoretzky, Kiefer and Wolfowitz bounds the difference between this probability
+    and the observed frequency. The first bound is at most `peak_factor`.
     """
     chance = np.arange(1, samples + 1) / samples - math.sqrt(
         math.log(2.0 / BY_CHANCE) / (2.0 * samples)
@@ -104,10 +108,10 @@ def ordered_noise(samples: int) -> Vector:
 
 
 def _powers(signal: Vector, size: int) -> Vector:
-    """Return the median powers of the lines of the spectra of blocks of `size` samples.
+    """Return the power of each spectral line, as the median over blocks of `size` samples.
 
-    The median over the blocks ignores steps of the drive. For white noise, it is the variance times
-    the median of an exponential distribution of mean 1.
+    The median over the blocks ignores steps of the drive. For white noise, each power is the
+    variance times the median of an exponential distribution of mean 1.
     """
     blocks = signal[: signal.size // size * size].reshape(-1, size)
     window = np.sin(np.pi / size * np.arange(size)) ** 2
@@ -119,10 +123,10 @@ def _powers(signal: Vector, size: int) -> Vector:
 
 @lru_cache(maxsize=16)
 def _median_powers(blocks: int, lines: int) -> tuple[float, float]:
-    """Return (typical, least) median of the powers of `blocks` blocks; the noise has variance 1.
+    """Return the typical and the least power that `_powers` gives for white noise of variance 1.
 
-    The least median of all `lines` is larger with a probability of at least 1 - BY_CHANCE: by
-    Chernoff's bound, the share of the blocks with a smaller power is hardly a half of them.
+    With a probability of at least 1 - BY_CHANCE, all `lines` powers exceed the least power
+    (Chernoff's bound).
     """
     rank = (blocks + 1) // 2
     half = rank / blocks

@@ -9,15 +9,15 @@ from frictool.typing import Vector
 
 
 def drive_peak(measured: Vector) -> float:
-    """Return the smallest peak [A | V] of the drive that explains a measured drive (n,)."""
+    """Return the smallest true peak [A | V] that is consistent with a noisy drive signal (n,)."""
     return least_peak(measured, white_noise(measured))
 
 
 def least_peak(measured: Vector, noise: WhiteNoise) -> float:
-    """Return the smallest peak [A | V] of the drive with which `noise` explains `measured` (n,).
+    """Return the smallest true peak [A | V] of the drive that is consistent with `measured` (n,).
 
-    If no |drive| exceeds the peak, the k-th largest |measured| exceeds it by at most the k-th
-    largest |noise|.
+    `noise` is the noise on `measured`. The k-th largest |measured| exceeds the true peak by at most
+    the k-th largest |noise|.
     """
     sizes = np.sort(np.abs(measured))[::-1]
     return max(0.0, float((sizes - noise.deviation * ordered_noise(sizes.size)).max()))
@@ -38,5 +38,8 @@ def larger_peak(command: Vector | None, measured: Vector | None) -> float:
 
 
 def rest_drive(rest_command: Vector | None, rest_measured: Vector | None) -> float:
-    """Return the peak [A | V] at rest of the command or, if this is None, of the measured drive."""
+    """Return the peak [A | V] of the command at rest, or of the measured drive without a command.
+
+    Both signals (n,) contain the samples at rest only.
+    """
     return larger_peak(rest_command, rest_measured if rest_command is None else None)

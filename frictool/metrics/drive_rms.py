@@ -9,9 +9,9 @@ from frictool.typing import Vector
 
 
 def drive_rms(time: Vector, drive: Vector) -> float:
-    """Return sqrt(sum i^2 dt / sum dt) [A | V] of a drive i (n,), noise included.
+    """Return the rms [A | V] of a drive (n,) over `time` (n,) [s]; noise is not removed.
 
-    The drive counts as constant between two samples. `time`: (n,) [s].
+    The drive counts as constant between two samples.
     """
     weight = sample_durations(time)
     largest = float(np.max(np.abs(drive)))

@@ -16,7 +16,7 @@ def energy(time: Vector, drive: Vector, energy_window: float) -> float | str:
     """
     period = median(np.diff(time))
     if float(time[-1] - time[0]) + 1.5 * period < energy_window:
-        return f"held for less than the window of {energy_window:g} s"
+        return f"the reference is held for less than the window of {energy_window:g} s"
     edges = np.minimum(np.append(time, time[-1] + period) - time[0], energy_window)
     largest = float(np.max(np.abs(drive))) or 1.0
     return largest * largest * float(np.sum((drive / largest) ** 2 * np.diff(edges)) / edges[-1])

@@ -67,8 +67,8 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
     if duration <= least:
         return LimitCycle(
             None,
-            reason=f"held for {duration:.3g} s only; a limit cycle can be excluded after "
-            f"{LEAST_HOLD:g} s",
+            reason=f"the reference is held for {duration:.3g} s only; a limit cycle can be "
+            f"excluded after {LEAST_HOLD:g} s",
         )
     if float(np.ptp(x)) <= threshold or _has_ended(t, x, turns, threshold):
         return LimitCycle(0.0)

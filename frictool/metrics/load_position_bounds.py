@@ -1,11 +1,11 @@
 """Bounds of the load's position behind a backlash, computed from the motor's position.
 
 |motor - load| <= backlash/2, and the load stays at rest while the backlash is open (thesis 4.45).
-The play operator therefore gives the load's position from the motor's position. The result
-increases with the motor position and with the unknown initial position in the backlash. The lowest
-values of motor position and initial position give the lower bound, the highest values the upper
-bound. After a stroke longer than the backlash, the distance between the bounds depends only on the
-sensor's step and the interval of the backlash.
+The play operator therefore gives the load's position from the motor's position. The load's position
+increases with the motor's position and with the load's unknown initial position. The lowest values
+of these two positions give the lower bound, the highest values the upper bound. After a motion
+longer than the backlash, the distance between the bounds depends only on the sensor's step and the
+interval of the backlash.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ def load_bounds(position: Vector, backlash: float, unsure: float) -> tuple[Vecto
 def load_static_error(
     load: tuple[Vector, Vector], target: float, resolution: float = 0.0
 ) -> tuple[float, float]:
-    """Return the lower and upper bound of the static error [rad or m].
+    """Return the lower and upper bound of the load's static error [rad or m].
 
     - load: result of `load_bounds`
     - resolution: sensor step [rad or m], 0 if unknown
 
-    If a bound still moves at the end of the hold, the result is the largest error at the end
-    (static_error.py).
+    If the load may still move at the end of the hold, the largest error at the end is bounded
+    instead (static_error.py).
     """
     ends = [one[-tail_samples(one.size) :] for one in load]
     if any(moves(end, resolution) for end in ends):
@@ -66,7 +66,10 @@ def load_overshoot(
 
 
 def _play(position: Vector, half: float, start: float) -> Vector:
-    """Apply the play operator: y[k] is the value nearest to y[k-1] within `half` of position[k]."""
+    """Return the load's position y: y[k] is the value nearest to y[k-1] in position[k] +- `half`.
+
+    `start` is y[-1].
+    """
     load = start
     out = []
     for value in position.tolist():

@@ -13,7 +13,8 @@
         for exact values only           strokes again, with half of the interval widths
         for no plant          no test; no controller meets the specification
 
-The indented rows are the results of this search: the plants for which a controller exists. In this
+A stroke is a motion between two reversals. A ramp is a slow rise of the drive until the axis moves.
+The indented rows are the results of the search: the plants for which a controller exists. In the
 search, a parameter that the strokes do not determine has the range of the bench.
 
 Each test respects the limits of the bench for all parameter values within the a-priori ranges. The
@@ -275,7 +276,7 @@ def _no_gain(bench: Bench, logs: Sequence[Log], outcome: IdentifiedModel) -> str
 
 
 def _causes(outcome: IdentifiedModel) -> str:
-    """Return as text the effects that the logs show, and how to examine the first of them."""
+    """Return a text that names the effects in the logs, and advises how to examine one of them."""
     effects = shown_effects(outcome.result)
     fit = outcome.result.fit
     settle = next((one.settle for one in fit.explanations), "") if fit is not None else ""
@@ -329,13 +330,13 @@ def _strokes(
 
 
 def _over_position(result: Identification | None) -> Laws | None:
-    """Return the friction over position that the logs show (for simulations of a test), or None."""
+    """Return the friction over position that the logs show, for simulations; None without it."""
     laws = None if result is None else result.laws
     return None if laws is None or laws.position is None else Laws(position=laws.position)
 
 
 def _compensated(test: PreciseTest, bench: Bench) -> PreciseTest:
-    """Return the test with the column FEEDFORWARD: effort for inertia and friction of `bench`."""
+    """Add the feedforward effort for inertia and friction of `bench` to the test's columns."""
     sequence = test.sequence
     effort = feedforward(bench, sequence.as_log("test"))
     assert effort is not None

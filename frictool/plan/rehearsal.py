@@ -58,7 +58,7 @@ class HalfWidthSample:
 
     @property
     def likely(self) -> float:
-        """Return the value that `upper` takes if further rehearsals have the same half widths."""
+        """Return the bound that `upper` would give after more rehearsals with similar results."""
         return self._bound(CONFIRMED_SPREAD)
 
     def _bound(self, spread: float) -> float:

@@ -147,7 +147,7 @@ def rehearsed_ramps(
 
 
 def default_test(bench: Bench, request: PrecisionRequest) -> PreciseTest:
-    """Return the default kind of test (`sines`) with Cramér-Rao bounds, but without half widths.
+    """Return the default kind of test (`sines`) with Cramér-Rao bounds; half widths are empty.
 
     Raises NoSolutionError if the test exceeds a limit of the bench.
     """
@@ -164,8 +164,8 @@ def rehearsed_default(
 ) -> PreciseTest:
     """Return the default kind of test (`sines`) with the half widths that its rehearsals reach.
 
-    The requested precisions are not used. `rehearsed_strokes` explains the other parameters, the
-    errors, and the half widths of a request with a duration.
+    The requested precisions are ignored. Arguments, errors and the meaning of the half widths are
+    those of `rehearsed_strokes` with a requested duration.
     """
     default = default_test(bench, request)
     wanted = {name: bench_value(bench, name) for name in request.only(SLIDING)}
@@ -236,8 +236,8 @@ class RehearsedTests:
     ) -> tuple[dict[str, float], dict[str, HalfWidthSample]]:
         """Return the upper bound of each half width, and the half widths of all rehearsals.
 
-        If `screened` is True, the rehearsals are repeated with other axes only if the first
-        rehearsals suggest that the test reaches the precision.
+        The rehearsals are repeated with other axes. If `screened` is True, they are repeated only
+        if the first rehearsals suggest that the test reaches the precision.
         """
         self.progress(f"simulating a test of {test.sequence.duration:.3g} s ({label})")
         free = self.request.duration is not None

@@ -99,7 +99,10 @@ def test_energy_does_not_depend_on_an_even_rate() -> None:
 
 
 def test_energy_of_a_hold_shorter_than_the_window_is_not_known() -> None:
-    assert energy(TIME[:200], np.ones(200), 0.28) == "held for less than the window of 0.28 s"
+    assert (
+        energy(TIME[:200], np.ones(200), 0.28)
+        == "the reference is held for less than the window of 0.28 s"
+    )
     assert energy(TIME[:280], np.ones(280), 0.28) == pytest.approx(1.0)
 
 

@@ -149,7 +149,7 @@ def test_three_periods_show_a_cycle_in_a_short_hold(frequency: float, turns: int
     found = limit_cycle(time, position)
     if turns < 6:
         assert found.amplitude is None
-        assert found.reason.startswith("held for 3 s only")
+        assert found.reason.startswith("the reference is held for 3 s only")
     else:
         assert found.amplitude == pytest.approx(1.0, rel=1e-4)
         assert found.period == pytest.approx(1.0 / frequency, abs=2.01 * PERIOD)
