@@ -68,7 +68,7 @@ def fixed_program(program: Program, bits: int = BITS["q31"]) -> FixedProgram:
 
 
 def fixed_machine(scaled: FixedProgram) -> CompiledProgram:
-    """Return the scaled program as arrays for the kernels, for an axis at rest at position 0."""
+    """Return the scaled program as arrays for the kernels, started at rest at position 0."""
     program = scaled.program
     plain = compile_program(scaled.program)
     writes = plain.writes

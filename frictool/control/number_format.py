@@ -8,9 +8,10 @@ from frictool.control.program import Program
 
 
 def machine_in(program: Program, number: str) -> CompiledProgram:
-    """Return a program compiled for simulation in double, float or q31, at rest at position 0.
+    """Return a program compiled for simulation in double, float or q31.
 
-    Raises FixedPointOverflow with the name of the value if a value cannot be scaled.
+    The program is started for an axis at rest at position 0. Raises FixedPointOverflow with the
+    name of the value if a value cannot be scaled.
     """
     if number == "q31":
         return fixed_machine(fixed_program(program))

@@ -163,11 +163,12 @@ def _balanced(solution: GriddedSolution, values: Values) -> Matrix:
 def certified_gamma(
     solution: GriddedSolution, values: Values, plant: GeneralisedPlant, controller: Lti
 ) -> float:
-    """Return the smallest norm bound gamma that P(r) of `lyapunov` proves at r = `values`, or inf.
+    """Return the smallest norm bound gamma that P(r) of `lyapunov` proves at r = `values`.
 
-    The proof is valid for all allowed rates of the parameters. The controller must have the state
-    coordinates of the scheduled controllers. It may be a barycentric sum of the scheduled
-    controllers (5.64), for which the synthesis alone guarantees nothing.
+    The result is inf if P(r) proves no bound. The proof is valid for all allowed rates of the
+    parameters. The controller must have the state coordinates of the scheduled controllers. It may
+    be a barycentric sum of the scheduled controllers (5.64), for which the synthesis alone
+    guarantees nothing.
     """
     states = scipy.linalg.block_diag(solution.t, np.eye(controller.order))
     loop = plant.closed(controller).transformed(states)

@@ -196,8 +196,9 @@ def vertex_controllers(
 ) -> tuple[Lti, ...]:
     """Return a controller for each plant, all in the same state coordinates.
 
-    Combine plants and controllers with the same convex weights: the loop of the two combinations
-    has a norm of at most `ease` times gamma (thesis 5.46, 5.64).
+    Let a plant and a controller be convex combinations of all plants and of all controllers, with
+    equal weights. The loop of the two then has a norm of at most `ease` times gamma (thesis 5.46,
+    5.64).
     """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 

@@ -83,7 +83,7 @@ def quiet_gains(
     - modes: matrices of each mode
     - switches: allowed switches (i, j)
     - noise: amplitude n_i (m,) of the measurement noise in each mode
-    - decay: largest factor on the error per sample
+    - decay: upper bound of the factor by which the estimation error changes per sample
     - factor: allowed bound gamma of |weighted error|/|model error|, divided by the smallest gamma
     - apart: for each mode, mask (n, m) of the gains that are allowed to differ from 0; states with
       equal rows of the mask must be consecutive

@@ -73,7 +73,7 @@ def smallest_gamma(plant: GeneralisedPlant) -> float | None:
 def lyapunov_blocks(
     plant: GeneralisedPlant, gamma: float, strict: float
 ) -> tuple[Matrix, Matrix] | None:
-    """Return R and S that solve the inequalities of bounded_real.py at `gamma`, or None.
+    """Return R and S that solve the inequalities of bounded_real.py at `gamma`.
 
     The result is None if no such R and S exist. `strict` > 0 is the gain of the output and the
     disturbance that are added to every state.

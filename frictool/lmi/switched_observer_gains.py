@@ -103,7 +103,7 @@ def switched_gains(
 
     The bound gamma of |weighted error|/|model error| is at most MOST_GAMMA_RATIO times the smallest
     gamma that was found. Mode i can last for several samples if the switch (i, i) is allowed.
-    `decay` is the largest factor lambda on the error per sample.
+    `decay` is the upper bound lambda of the factor by which the error changes per sample.
 
     Raises NoSolutionError if (A_i, C_i) of a mode is not detectable, or if the inequalities have no
     solution that passes the check. Raises ValueError for a decay outside (0, 1].
@@ -199,8 +199,8 @@ def refuse_undetectable(index: int, mode: ObserverMode) -> None:
 class _SwitchedProblem:
     """Inequalities of thesis (6.6) in one set of state coordinates.
 
-    The unknowns are P_i and V_i of each mode. The last unknown is gamma^2; if gamma is given, the
-    last unknown is the margin of the inequalities.
+    The unknowns are P_i and V_i of each mode, and gamma^2. If gamma is fixed, the last unknown is
+    the margin of the inequalities instead.
     """
 
     def __init__(

@@ -54,8 +54,8 @@ def linear_axis(
     - resonance: continuous filter with static gain 1 between the drive's effort and the axis
       (adapters/resonance_filter.py)
 
-    The states are the drive (only if it has a lag), the filter's states, the speed, and eta, the
-    integral of the speed reference minus the position. INPUTS and OUTPUTS contain the names of the
+    The states are the drive (only if it has a lag), the filter's states, the speed, and eta, which
+    is (integral of the speed reference) - position. INPUTS and OUTPUTS contain the names of the
     ports.
     """
     k = rates.drive

@@ -26,7 +26,7 @@ def sign_change(
     Returns
     -------
     float
-        The argument at the sign change; `high` if there is none.
+        The argument at the sign change; `high` if `value` has the same sign at both ends.
     """
     before, after = value(low), value(high)
     if before == 0.0:

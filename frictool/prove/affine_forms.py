@@ -83,9 +83,10 @@ def copy_forms(f: Forms, whole: bool = False) -> Forms:
 
 
 def measure(f: Forms, rows: IntVector) -> None:
-    """Compute the spreads of `rows` again, after a change of their generators or errors.
+    """Compute the field `spread` of `rows` again, after their generators or errors were changed.
 
-    Kernels update the spreads; all other code must call this function after such a change.
+    The operations of this module update the spread. All other code must call this function after
+    such a change.
     """
     used = np.arange(f.size[0]) < f.extent[rows, None]
     f.spread[rows] = np.abs(np.where(used, f.gen[rows, : f.size[0]], 0.0)).sum(axis=1)

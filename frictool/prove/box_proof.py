@@ -296,7 +296,7 @@ def _divided(start: StepStart, step: float) -> list[StepStart]:
 
 
 def _bounded(start: StepStart) -> StepStart | None:
-    """Remove starts whose contact is on the wrong side of the axis; None if none is left."""
+    """Return the starts whose contact is on the correct side of the axis; None if there is none."""
     low, high = start.far
     if start.contact == ax.IN_FRONT:
         low = max(low, start.position[0])
@@ -308,7 +308,7 @@ def _bounded(start: StepStart) -> StepStart | None:
 def _next_start(
     test: BoxTest, following: HoldGoal, goal: HoldGoal, ends: list[StepBounds]
 ) -> StepStart:
-    """Return the start of the hold `following`: the final positions and contact after `goal`."""
+    """Return the start of the hold `following`, at the final positions and contact of `goal`."""
     low = min(one.final[0] for one in ends)
     high = max(one.final[1] for one in ends)
     forward = goal.target > goal.origin

@@ -164,7 +164,7 @@ def _magnitude(a: float, x: Vector, b: float, y: Vector) -> float:
 
 @kernel
 def coast(f: Forms, o: int, stop: Vector, past: Forms, count: int, bounds: Vector) -> None:
-    """Bound the final position of an axis whose drive is 0, and its distance to earlier positions.
+    """Bound the final position of an axis without drive, and the distance to earlier positions.
 
     - stop (3,): additional speed due to the decaying drive [rad/s | m/s], and least deceleration in
       forward and in backward motion [rad/s^2 | m/s^2]

@@ -202,7 +202,7 @@ def prove_box(
 
 def _box_test(test: ProofRequest) -> BoxTest:
     _refuse_uncovered(test)
-    reason = "the controller runs in another number format than double"
+    reason = f"the controller runs in {test.number}; the box needs the number format double"
     box = (
         box_test(test.model, test.controller, test.scenario, test.spec)
         if test.number == "double"

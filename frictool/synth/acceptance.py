@@ -38,20 +38,20 @@ def accept(
     linear: stored.LinearController,
     around: SurroundingBlocks,
 ) -> stored.Verified:
-    """Return the norms and margins of a candidate's loops; raise NoSolutionError if the test fails.
+    """Test a controller candidate, and return the norms and margins of its loops.
 
     - linear: stored form of the candidate's linear controller
     - around: blocks around the linear controller
 
-    The test fails in these cases:
+    Raises NoSolutionError if a condition is violated:
 
-    - A loop, with or without the model's resonances and spring, is unstable with the delay in
-      bench.yaml or with a longer checked delay, or has less than the specified modulus margin with
-      the delay in bench.yaml.
-    - With coefficients rounded to double or float, the margin is less than specified, or the norm
-      is more than 1 % larger than without rounding.
-    - The loop that a limiter's virtual friction closes is unstable at rest, or the drive after one
-      encoder count is more than COUNT_LIMIT times the drive's limit.
+    - All loops are stable with the delay in bench.yaml, and with each longer delay that is checked.
+      With the delay in bench.yaml, they have the specified modulus margin. Both conditions also
+      apply to the loops with the model's resonances and spring.
+    - With coefficients rounded to double or float, the loops have the specified margin, and the
+      norm is at most 1 % larger than without rounding.
+    - The loop through the virtual friction of a limit-cycle limiter is stable at rest.
+    - One encoder count changes the drive by at most COUNT_LIMIT times the drive's limit.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0
@@ -98,9 +98,9 @@ def accept(
 
 
 def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> ResonantCheck | None:
-    """Return the worst margin of the loops with the resonances of the model.
+    """Return the worst margin of the loops with the model's resonances; None without resonances.
 
-    The result is None if the model has no resonances. Raises NoSolutionError if a loop is unstable
+    Raises NoSolutionError if a loop is unstable
     or has less than the specified modulus margin.
     """
     resonances = problem.model.resonances
@@ -116,10 +116,9 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
 
 
 def sprung(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> SpringCheck | None:
-    """Return the worst margin of the loops with the spring of the model.
+    """Return the worst margin of the loops with the model's spring; None without a spring.
 
-    The result is None if the model has no spring. Raises NoSolutionError if a loop is unstable or
-    has less than the specified modulus margin.
+    Raises NoSolutionError if a loop is unstable or has less than the specified modulus margin.
     """
     stiffness, resonances = stiffness_of(problem.model), problem.model.resonances
     if stiffness is None:
@@ -173,7 +172,7 @@ def _required(problem: SynthesisProblem) -> tuple[int, ...]:
 
 
 def unstable_earlier(vertices: tuple[stored.Vertex, ...], delay: int) -> str:
-    """Return a note on loops that are unstable with a delay shorter than `delay`, else "".
+    """Return a note if a loop is unstable with a delay shorter than `delay`, else "".
 
     - vertices: results of the check at each vertex
     - delay: delay in bench.yaml [samples]

@@ -12,6 +12,6 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 def auto(problem: SynthesisProblem) -> ControllerCandidate:
     """Raise NoSolutionError: the search must replace the method `auto` before a synthesis."""
     raise NoSolutionError(
-        f"{problem.design.name}: method auto searches a design by simulation; run frictool synth, "
-        "or write another method"
+        f"{problem.design.name}: method auto searches for a design by simulation, which only the "
+        "command frictool synth does; run it, or write another method"
     )

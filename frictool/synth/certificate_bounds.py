@@ -1,10 +1,10 @@
 """Search for the smallest bounds of a loop that can be proved (verify/zero_exclusion.py).
 
-A box contains all plants whose parameters lie in given intervals. The search first tries to prove a
-bound slightly above the largest norm at the corners of the box; the slack is the relative
-difference. If the proof fails at a plant, the norm of this plant is added to the norms of the
-corners, and the slack is doubled. After a proof with a larger slack, the search starts again with
-the smallest slack, SLACK, as long as the proved bound falls.
+A box contains all plants whose parameters lie in given intervals. The search tries to prove the
+bound (1 + slack) N. N is the largest known norm, at first the largest norm at the corners of the
+box. If the proof fails at a plant with a larger norm, N becomes this norm. After each failure, the
+slack is doubled. If a proof needed more than the smallest slack, SLACK, the search is repeated from
+SLACK with the new N, as long as the proved bound falls.
 """
 
 from __future__ import annotations

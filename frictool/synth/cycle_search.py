@@ -26,9 +26,10 @@ ROTARY_STEP, LINEAR_STEP = 10.0, 0.1  # step [rad], [m] on a bench that states n
 
 
 def find_cycle(model: Model, controller: Controller) -> Cycle | None:
-    """Return the limit cycle of the nominal axis after a step from rest; None if none is seen.
+    """Simulate a step of the nominal axis from rest; return the limit cycle that follows it.
 
-    A result of None does not prove that there is no limit cycle.
+    The result is None if the simulation shows no limit cycle. This does not prove that the axis
+    has no limit cycle.
     """
     axis = axis_of(model).as_array()
     travel = model.bench.mechanics.travel

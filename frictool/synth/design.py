@@ -235,7 +235,7 @@ def _certificate(
 def _with_rest(
     posed: SynthesisProblem, controller: stored.Controller, certificate: Certificate
 ) -> Certificate:
-    """Return the certificate with the proof of rest, or with the limit cycle of a simulation."""
+    """Add to the certificate the proof of rest or, without a rest band, a simulated limit cycle."""
     at_rest = prove_rest(controller, certificate)
     if at_rest is not None:
         return msgspec.structs.replace(certificate, rest=at_rest, cycle=None)
@@ -247,7 +247,10 @@ def _with_rest(
 
 
 def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
-    """Return the synthesis problem of a design; missing weights are derived, but not relaxed."""
+    """Return the synthesis problem of a design; rules derive the weights that the design omits.
+
+    The weight relaxation (`relax: auto`) is not applied.
+    """
     return _posed(model, spec, design)[0]
 
 

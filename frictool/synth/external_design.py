@@ -42,7 +42,7 @@ EXTERNAL = SynthesisMethod(
 
 @dataclass(frozen=True)
 class _ExternalProblem(SynthesisProblem):
-    """Synthesis problem whose error messages advise to change the existing controller."""
+    """Synthesis problem whose error messages advise the user to change the controller."""
 
     @property
     def method(self) -> SynthesisMethod:

@@ -80,9 +80,9 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
 
 
 def check_played_step(model: Model, spec: Spec, length: float, dead_time: float) -> None:
-    """Raise NoSolutionError if the longest step of a search needs more than the response time.
+    """Raise NoSolutionError if a step cannot be completed within the specified response time.
 
-    - length: length of the longest step [rad | m]
+    - length: length of the longest step that the search simulates [rad | m]
     - dead_time: dead time of the speed loop with its fastest filter [s]
     """
     required = spec.response_time_95_s
@@ -145,11 +145,13 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
 
 
 def _with_drive_peak(model: Model, spec: Spec) -> tuple[Model, str]:
-    """Return the model with the smaller of drive limit and `drive_peak`, and the key of this limit.
+    """Return the model with its drive limit lowered to `drive_peak`, and the key of the limit.
 
-    The largest load that depends on the position is added to `drive_peak`, since the load may help
-    the drive. The model is unchanged if its friction depends on the position. It is also unchanged
-    if `drive_peak` does not overcome the friction, which synth/least_drive.py checks.
+    The key is `drive_peak`, or `actuator.limit` if the model is returned unchanged. First, the
+    largest load that depends on the position is added to `drive_peak`, since the load may help the
+    drive. The model is unchanged if the sum is not below the drive limit, or if the friction
+    depends on the position. It is also unchanged if `drive_peak` does not overcome the friction,
+    which synth/least_drive.py checks.
     """
     unchanged = (model, "actuator.limit")
     actuator, peak = model.bench.actuator, spec.drive_peak
@@ -172,7 +174,10 @@ def _with_drive_peak(model: Model, spec: Spec) -> tuple[Model, str]:
 
 
 def resting_error(model: Model, spec: Spec) -> float:
-    """Return the largest allowed error at rest [rad | m]: static_error, at least one count."""
+    """Return the largest allowed error at rest [rad | m]: static_error or one encoder count.
+
+    The larger of the two values is returned.
+    """
     return max(model.bench.encoder.resolution, _static_error(spec))
 
 
@@ -207,12 +212,13 @@ def _rise(axis: DrivenAxis, length: float) -> float:
 
 
 def slowest_step(model: Model, least: ShortestTime, length: float) -> SlowestStep:
-    """Return the vertex of the model that needs the longest time for a step, and this time.
+    """Return the plant that needs the longest time for a step, and this time.
 
     - least: function from an axis and a length to the shortest time [s]
     - length: step length [rad | m]
 
-    The drive must be able to move every vertex (synth/load_disturbance.py).
+    The plants are the vertices of the model; the drive must be able to move each of them
+    (synth/load_disturbance.py).
     """
     times = [
         SlowestStep(least(_opened(model, vertex), length), vertex)
@@ -230,7 +236,9 @@ def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
 
 
 def _check_time(key: str, spec: Spec, least: ShortestTime, model: Model) -> list[str]:
-    """Return a note on steps too long for a required time; raise NoSolutionError if all are.
+    """Return a note on the longest step that the axis can complete in the required time.
+
+    Raises NoSolutionError if even the shortest step takes longer.
 
     - key: requirement on a time
     - least: function from an axis and a length to the shortest time
@@ -262,9 +270,9 @@ def _check_time(key: str, spec: Spec, least: ShortestTime, model: Model) -> list
 def _longest_step(
     model: Model, least: ShortestTime, required: float, between: tuple[float, float]
 ) -> float:
-    """Return the length [rad | m] of the longest step that is possible in the required time [s].
+    """Return the length [rad | m] of the longest step that is possible in `required` seconds.
 
-    between: a possible length and an impossible length [rad | m].
+    between: length of a possible step, and length of an impossible step [rad | m].
     """
     possible, impossible = between
     for _ in range(LENGTHS):

@@ -60,7 +60,7 @@ def check_least_drive(
     scenario
         Steps of the test.
     plants
-        Parameters of each plant by name, SI; a plant without values is the nominal plant.
+        Parameters of each plant by name, SI; plants without values are not checked.
     """
     limit, peak = model.bench.actuator.limit.value, spec.drive_peak
     low_peak = peak is not None and peak.value < limit
@@ -83,12 +83,13 @@ def check_least_drive(
 def least_drive(
     model: Model, spec: Spec, scenario: Scenario, plants: Sequence[Mapping[str, float]]
 ) -> LeastDrive:
-    """Return the largest bound of all plants; `check_least_drive` describes the parameters.
+    """Return the largest drive that is too weak to move one of the plants through the test.
 
-    There is no bound (drive 0) if the friction may be less than the Coulomb friction. This is
-    possible if the friction depends on the position, or if the model has presliding or a backlash.
-    There is also no bound if the scenario contains disturbances, drifts, a temperature, sensor
-    faults or commands. If the breakaway depends on the time at rest, its bound is left out.
+    `check_least_drive` describes the parameters. There is no bound (drive 0) if the friction may be
+    less than the Coulomb friction. This is possible if the friction depends on the position, or if
+    the model has presliding or a backlash. There is also no bound if the scenario contains
+    disturbances, drifts, a temperature, sensor faults or commands. If the breakaway depends on the
+    time at rest, its bound is left out.
     """
     targets = _targets(spec, scenario)
     share = _load_share(model, spec, targets)
@@ -144,7 +145,11 @@ def _frictions(
 
 
 def _targets(spec: Spec, scenario: Scenario) -> list[float]:
-    """Return [start, targets ...] [rad | m], up to the first step that a report cannot judge."""
+    """Return the start and the targets of the steps, [start, targets ...] [rad | m].
+
+    Steps of kind `hold_s` have no target. The list ends before the first step that has no reference
+    or is shorter than the specified response time, because a report cannot judge this step.
+    """
     assert scenario.start is not None
     targets = [scenario.start.value]
     for step in scenario.steps:
@@ -157,7 +162,10 @@ def _targets(spec: Spec, scenario: Scenario) -> list[float]:
 
 
 def _load_share(model: Model, spec: Spec, targets: Sequence[float]) -> float | None:
-    """Return the least quotient distance/path (module docstring); None if no motion is needed."""
+    """Return the least quotient distance/path, as defined in the module docstring.
+
+    The result is None if the specification requires no motion.
+    """
     count = model.bench.encoder.resolution
     steps = [abs(after - before) for before, after in pairwise(targets)]
     moves = any(getattr(spec, key) is not None for key in MOVING)

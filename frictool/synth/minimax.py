@@ -97,9 +97,10 @@ def search(
     seed: int = 0,
     progress: Progress = lambda _: None,
 ) -> DescentPoint:
-    """Return the parameters with the smallest worst norm for modulus margins of at least `margin`.
+    """Return the controller parameters that minimise the largest norm of all plants.
 
-    All `plants` must have the same order. Raises NoSolutionError if no controller stabilises every
+    Every loop must have a modulus margin of at least `margin`. All `plants` must have the same
+    order. Raises NoSolutionError if no controller stabilises every
     plant, or if the best controller has a smaller margin.
     """
     random = np.random.default_rng(seed)

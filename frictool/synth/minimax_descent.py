@@ -148,7 +148,7 @@ class MinimaxDescent:
         return here
 
     def _step(self, here: DescentPoint, box: float) -> tuple[Vector, float]:
-        """Return proposed parameters and their predicted worst norm.
+        """Return new parameters for the next step, and their predicted worst norm.
 
         Scaled parameters change by at most `box`. The prediction is the largest gain on the finite
         set of frequencies.

@@ -1,7 +1,7 @@
 """Replacement of a controller's slowest pole by an integrator or by a stable pole.
 
-With an integrator (thesis 5.4.3.1) the static error vanishes. A stable pole replaces a slow pole of
-the optimal controller that is just outside the stability limit. A pole p with the residue r
+With an integrator (thesis 5.4.3.1) the static error vanishes. If the slowest pole of the optimal
+controller is slightly unstable, a stable pole replaces it. A pole p with the residue r
 contributes r/(s - p), which is close to r/s at frequencies far above |p|. The pole can therefore be
 moved if the residue is unchanged. The loop is then verified again. Usually the slow pole is the
 pole of W2, which is a part of the weighted plant and thus of the controller.

@@ -286,6 +286,7 @@ def _square_root_gain(model: Model, law: PositionLawDesign) -> float:
     gain = math.sqrt(factor * force / today.inertia.value)
     if gain <= 0.0:
         raise NoSolutionError(
-            "the square-root law needs Coulomb friction, but the model's coulomb is 0"
+            "position_law: `kind: square_root` needs Coulomb friction, but the model's coulomb is "
+            "0; write `kind: proportional`"
         )
     return gain

@@ -42,7 +42,7 @@ def synthesise(
         Also compute a bound for parameters that vary arbitrarily fast. The certificate applies to
         constant parameters only.
     provenance : Provenance, optional
-        Origin to store; by default this call.
+        Origin that the document states; by default the call of this function.
     progress : callable
         Called with the name of each step of the work.
 

@@ -11,7 +11,7 @@ from frictool.verify.proved_bound import ProvedBound
 
 
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
-    """Return the closed loop that the certificate of a controller document bounds.
+    """Return the closed loop to which the bounds in a document's certificate apply.
 
     The loop contains the computational delay, the lag of the drive, and the coefficients that run
     on the target hardware. Raises NoSolutionError if the loop feeds back the speed estimate of an

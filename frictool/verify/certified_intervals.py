@@ -27,12 +27,12 @@ Interval = tuple[float, float]
 def differences(
     controller: Controller, facts: Mapping[str, float], ranges: Mapping[str, Interval]
 ) -> tuple[str, ...]:
-    """Return a phrase for each fact and each parameter that contradicts the verification.
+    """Return a phrase for each property of an axis that a controller's verification does not cover.
 
-    A fact (verify/rig_facts.py) contradicts the verification if it differs from the same fact of
-    the controller's bench. The stiffness of a spring contradicts the verification if the loops were
-    not verified with this stiffness. A parameter contradicts the verification if its interval in
-    `ranges` [SI] is not inside the verified interval.
+    - Facts (verify/rig_facts.py), for example the sample period, must be equal to the facts of the
+      controller's bench.
+    - The loops must have been verified with the stiffness of the spring.
+    - The interval of each parameter in `ranges` [SI] must be inside the verified interval.
     """
     bench, stiffness = controller.bench, facts.get("stiffness", 0.0)
     return (
@@ -85,7 +85,7 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
 
 
 def outside_message(controller: str, names: Iterable[str]) -> str:
-    """Return a warning with the phrases `names`; the caller prefixes a subject ("model ").
+    """Return a warning with the phrases `names`, without its subject, which the caller adds.
 
     The warning contains the first phrases and the number of omitted phrases; `verify --model`
     prints all phrases.

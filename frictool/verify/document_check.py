@@ -88,12 +88,14 @@ def limiter_brake(
 
 
 def check_document(controller: Controller, *, margins: bool = False) -> None:
-    """Check the loops of a document from its coefficients.
+    """Check the loops of a document, rebuilt from its coefficients, at every vertex.
 
-    margins: True to also compare the stored margins with recomputed margins. Raises NoSolutionError
-    if the document contradicts its bench, a loop at a vertex is unstable or has less than the
-    specified margin, the stored forms of the linear controller differ, or the anti-windup is
-    unstable.
+    Raises NoSolutionError in these cases:
+
+    - The document contradicts its bench.
+    - A loop is unstable or has less than the specified margin.
+    - The stored forms of the linear controller differ, or the anti-windup is unstable.
+    - `margins` is True, and a stored margin differs from the recomputed margin.
     """
     refuse_sensor_lag(controller.bench, "margins and certificates are valid")
     _of_its_bench(controller)
@@ -228,7 +230,7 @@ def _sprung(controller: Controller) -> None:
 
 
 def _requirements(controller: Controller) -> tuple[tuple[int, float], ...]:
-    """Return pairs (delay [samples] at which loops must be stable, margin required there)."""
+    """Return (delay [samples], required margin) for each delay at which loops must be stable."""
     delays = {
         check.delay_samples
         for vertex in controller.verified.vertices

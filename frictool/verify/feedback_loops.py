@@ -180,9 +180,10 @@ def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
 
 
 def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[FeedbackLoop, ...]:
-    """Return the loops that a limiter's virtual friction closes near standstill.
+    """Return the loops through a limiter's virtual friction near standstill.
 
-    There is one loop, or one for each mode of an observer that estimates the speed.
+    If an observer estimates the speed, there is one loop for each mode of the observer; else there
+    is one loop.
 
     - slope: drive per speed near standstill, F_cv/(v_r K) [A | V per rad/s | m/s], with the virtual
       Coulomb friction F_cv, the virtual speed v_r, and the effort K per unit of drive

@@ -48,10 +48,9 @@ def norm(
 ) -> tuple[float, float]:
     """Return the H-infinity norm and its peak frequency [rad/s]; (inf, nan) if unstable.
 
-    The returned norm is the gain at the peak frequency. This gain is below the true norm by at most
-    the relative `tolerance`. The frequency is inf for a continuous system with its largest gain at
-    infinity. `looks` are the frequencies that are evaluated first, by default frequencies derived
-    from the poles.
+    The returned norm is the gain at the peak frequency, which is below the true norm by at most the
+    relative `tolerance`. The peak frequency may be inf for a continuous system. `looks` are the
+    frequencies that are evaluated first, by default frequencies derived from the poles.
     """
     if not system.stable:
         return np.inf, np.nan

@@ -77,10 +77,10 @@ def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
 def worst_inside(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], vertices: Sequence[PlantPoint]
 ) -> tuple[WorstPlant, WorstPlant]:
-    """Return the worst plant of the vertices, and the worst plant found at or between them.
+    """Return the worst vertex, and the worst plant of a search at and between the vertices.
 
-    Between the vertices, POINTS scattered plants are evaluated first. A local search then starts at
-    the worst of these plants and the vertices.
+    The search evaluates the vertices and POINTS scattered plants between them. A local search then
+    starts at the worst of all these plants.
     """
     box = enclosing_box(vertices)
     at_vertices = worst_norm(controller, plant, vertices)
@@ -92,10 +92,10 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return (largest sensitivity at the vertices, largest sensitivity between them, a plant).
+    """Return the largest sensitivity at the vertices, the largest between them, and its plant.
 
-    Between the vertices, POINTS scattered plants are evaluated. The returned plant has the largest
-    sensitivity of these scattered plants.
+    Between the vertices, POINTS scattered plants are evaluated. The returned plant is the one with
+    the largest sensitivity of these scattered plants.
 
     - lag: time constant of the drive [s]
     - delay: computational delay [samples]

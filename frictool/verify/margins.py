@@ -175,7 +175,7 @@ def gain_crossings(loop: Lti) -> Vector:
 
 
 def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], float]) -> Vector:
-    """Return the angular frequencies in (0, pi/T) at which `function` of L is zero.
+    """Return the angular frequencies in (0, pi/T) at which `function`(L) is zero.
 
     The zeros are searched near the eigenvalues of the pencil z e - m on the unit circle, and at
     sign changes of the function on a grid.

@@ -81,7 +81,7 @@ class Verification(ResultView):
 
     @property
     def holds(self) -> bool:
-        """Return True if a bound is proved, `unaltered` is True, and all checks pass."""
+        """Return True if at least one bound is proved, nothing was altered, and all checks pass."""
         shown = self.ringing is None or self.ringing.shown
         return (
             bool(self.proved)
@@ -193,9 +193,10 @@ def computed_figures(controller: Controller) -> Verified:
 
 
 def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Rounded, ...]:
-    """Return the results for the number formats whose rounding the loop tolerates.
+    """Return norm and margin after rounding, for each number format that the loop tolerates.
 
-    A format with values within TOLERANCE of a limit counts as tolerated if the document lists it.
+    If the result of a format is within TOLERANCE of a limit, the document decides: a format that it
+    lists counts as tolerated.
     """
     listed = {one.number for one in verified.rounded}
     differences = []
@@ -243,7 +244,7 @@ def _scheduled(controller: Controller, schedule: Schedule) -> Schedule:
 
 
 def _contradicted_bounds(verified: Verified) -> Iterator[FigureDifference]:
-    """Yield each upper bound of the norm that is below the document's verified norm."""
+    """Yield each stored upper bound of the norm that is below the verified norm, thus false."""
     if verified.robustness is None:
         return
     for name in SOLVED:

@@ -97,11 +97,11 @@ def _summary(
 def _law_checks(
     controller: Controller, certificate: Certificate, law: PositionLaw
 ) -> tuple[RestCheck, ...]:
-    """Return the check of the speed of arrival, proposition 5.2.2 of the thesis.
+    """Check the speed with which the axis enters the rest band (thesis, proposition 5.2.2).
 
-    The speed of arrival at the rest band is the speed reference of the law at the band's end
-    (`cut`), or `rest_speed` (`brake`). This speed must be at most the speed from which every plant
-    of the box stops within the band.
+    With `action: cut`, this is the speed reference of the law at the end of the band; with
+    `action: brake`, it is `rest_speed`. From this speed, every plant of the box must stop within
+    the band.
     """
     box, step = certificate.box, controller.bench.encoder.resolution
     braking = (1.0 - BRAKING_SHARE) * least_friction(controller, box)
@@ -122,12 +122,11 @@ def _law_checks(
 
 
 def _limiter_checks(controller: Controller, box: Box, limiter: Limiter) -> tuple[RestCheck, ...]:
-    """Return the checks of the hypotheses on the released drive (thesis, proposition 5.2.1).
+    """Check the hypotheses on the drive that a limiter releases (thesis, proposition 5.2.1).
 
-    A limiter with virtual friction still brakes against the measured speed while it releases the
-    drive. A brake with less effort than the friction cannot move the axis. The effort of a stronger
-    brake after one encoder count must be below the friction, or else the axis may pass the next
-    count.
+    Virtual friction brakes against the measured speed even while the drive is released. A brake
+    with less effort than the friction cannot move the axis. For a stronger brake, the effort after
+    one encoder count must be below the friction, so that the axis cannot pass the next count.
     """
     friction = (1.0 - BRAKING_SHARE) * least_friction(controller, box)
     stretched = box.constant[1] / controller.bench.actuator.constant.value

@@ -43,10 +43,10 @@ FACTS = {
 
 
 def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
-    """Return the facts of a bench, and the stiffness of the model's load.
+    """Return the facts of a bench by name, with the stiffness of the model's spring.
 
-    The stiffness is 0 if there is no model or no spring. The resistance is 0 ohm and the voltage
-    infinite if the bench has no winding.
+    The stiffness is 0 without a model or without a spring. If the bench states no winding, the
+    resistance is 0 ohm and the voltage infinite.
     """
     actuator = bench.actuator
     load = None if model is None or model.laws is None else model.laws.load

@@ -108,12 +108,13 @@ def ringing_check(
 
 
 def lowest_tolerated(controller: Controller) -> float | None:
-    """Return the frequency [Hz] above which a resonance leaves the loops stable.
+    """Return the lowest frequency [Hz] from which on an unknown resonance leaves the loops stable.
 
-    The loops are checked with two-mass plants that have the parameters of the vertex with the
-    smallest margin, resonate at the frequencies TRIED, and have the damping ratio UNKNOWN_DAMPING.
-    If a loop is unstable at the highest tried frequency, half the sampling rate, this frequency is
-    the result. The result is None if no tried frequency makes a loop unstable.
+    The loops are checked with two-mass plants, which have the parameters of the vertex with the
+    smallest margin and the damping ratio UNKNOWN_DAMPING. Their resonance is moved from half the
+    sampling rate downwards (TRIED). The result is the last frequency before a loop becomes
+    unstable, at most half the sampling rate. It is None if no tried frequency makes a loop
+    unstable.
     """
     vertices = controller.verified.vertices
     worst = smallest([one.modulus_margin for one in vertices])[1]

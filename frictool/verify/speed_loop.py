@@ -21,7 +21,7 @@ from frictool.verify.hinf_norm import norm, spectral_radius
 
 @dataclass(frozen=True)
 class LoopCheck:
-    """Spectral radius and modulus margin of a loop with one delay; margin 0 if unstable."""
+    """Spectral radius and modulus margin of a loop with one delay; margin 0 if it is unstable."""
 
     delay_samples: int
     spectral_radius: float

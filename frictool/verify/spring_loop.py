@@ -37,8 +37,8 @@ UNREACHED = 1e-9  # relative size of an input that does not excite a mode
 class SpringCheck:
     """Worst spectral radius and modulus margin of all loops, vertices and extreme stiffnesses.
 
-    `where` names the loop, the vertex and the stiffness with the largest spectral radius if it is 1
-    or more, otherwise with the smallest margin.
+    `where` names loop, vertex and stiffness of the worst case. This is the case with the smallest
+    margin or, if a loop is unstable, the case with the largest spectral radius.
     """
 
     spectral_radius: float

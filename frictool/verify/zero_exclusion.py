@@ -236,7 +236,7 @@ def _kernel_loop(loop: CertificateLoop, holds: HoldPolynomials) -> KernelLoop:
 
 
 def _lost(holds: HoldPolynomials, lag: float) -> float:
-    """Return the double nearest to 1 - exp(-period/lag).
+    """Return 1 - exp(-period/lag) as a double.
 
     Raises ValueError if the enclosure of the exponential is too wide.
     """

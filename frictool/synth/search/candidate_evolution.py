@@ -1,9 +1,9 @@
 """Differential evolution (Storn and Price 1997), strategy DE/best/1/bin.
 
 A child replaces its parent if the child's value is not larger. The objective therefore gets the
-parent's value: it may stop, and return a lower bound, as soon as its value exceeds the parent's.
-`scipy.optimize.differential_evolution` does not provide the parent's value. With the same random
-generator, scipy 1.17 draws the same points.
+parent's value as an argument. As soon as the child is worse than its parent, the objective may stop
+and return a lower bound. `scipy.optimize.differential_evolution` does not provide the parent's
+value. With the same random generator, scipy 1.17 draws the same points.
 """
 
 from __future__ import annotations
@@ -56,7 +56,10 @@ def _move_best_first(units: Vector, values: Vector) -> None:
 def _child(
     units: Vector, index: int, factor: float, indices: IntVector, random: np.random.Generator
 ) -> Vector:
-    """Return a child of the point units[index]; `indices` is a permutation, shuffled again here."""
+    """Return a child of the point units[index].
+
+    `indices` contains the indices of all points; this function shuffles it in place.
+    """
     size = units.shape[1]
     mutated = random.integers(size)
     random.shuffle(indices)

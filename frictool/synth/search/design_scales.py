@@ -1,6 +1,7 @@
 """Scales, from a rig and a specification, that make a candidate's parameters dimensionless.
 
-dead time     T (1 + delay) + lag     hold and speed difference add T/2 each
+dead time     T (1 + delay) + lag     the zero-order hold and the difference of two positions
+                                      (the speed) add T/2 each
 loop gain     K/J, largest and smallest
 braking       (K limit + F)/J         deceleration of the slowest plant
 time          response_time_95_s

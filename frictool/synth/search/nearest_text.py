@@ -27,7 +27,7 @@ def nearest_words(candidate: Candidate, plants: int, reserve: float) -> str:
 
 
 def missed_words(candidate: Candidate) -> str:
-    """Return the requirement that a candidate misses most, with its value and its limit."""
+    """Return, as text, the requirement that a candidate violates most, with value and limit."""
     worst = candidate.worst_requirement
     return f"{requirement_title(worst.name)} {value_words(worst, candidate.worst(worst))}"
 

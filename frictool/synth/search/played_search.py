@@ -79,9 +79,10 @@ class Candidate:
 
     @cached_property
     def missing(self) -> dict[str, float]:
-        """Return the largest violation of each requirement in all tests, by the requirement's key.
+        """Return the largest violation of each requirement in all tests.
 
-        `played_tests.missing` defines the violation.
+        The keys of the result are the keys of the requirements. `played_tests.missing` defines the
+        violation.
         """
         each = [missing(runs) for runs in self.runs]
         keys = [metric.key for metric in self.metrics]
@@ -100,10 +101,10 @@ class Candidate:
 
     @property
     def distance(self) -> tuple[int, float]:
-        """Return a key that sorts candidates from the nearest to the farthest.
+        """Return a sort key: the candidate nearest to the limits of the specification comes first.
 
         Violations are lower bounds if the candidate was not played on all plants. A candidate that
-        was played on more plants is therefore nearer.
+        was played on more plants therefore comes before a candidate that was played on fewer.
         """
         return -self.extent, self.largest_missing
 
@@ -147,7 +148,7 @@ class FamilyOutcome:
 
     @property
     def least_missing(self) -> float:
-        """Return the least `largest_missing` of the candidates that completed a test."""
+        """Return `largest_missing` of the best candidate that completed a test."""
         complete = [one.largest_missing for one in self.trade if one.extent > PlayedExtent.NONE]
         return min(complete, default=FAILED)
 
@@ -195,7 +196,7 @@ class CandidateSearch:
         self.most = self.family.candidates
 
     def run(self, progress: Callable[[str], None]) -> FamilyOutcome:
-        """Search the family and return the outcome, which the inputs determine uniquely.
+        """Search the family and return the outcome; the same inputs give the same outcome.
 
         progress: called with a text at the start of each search, and after every REPORTED
         candidates.
@@ -295,9 +296,11 @@ class CandidateSearch:
             spread *= 2.0  # all candidates were equal
 
     def _objective(self, unit: Vector, parent: float = np.inf) -> float:
-        """Return the shortfall of the reserve at a point of the cube; raise _FoundError if solved.
+        """Play the candidate at a point of the unit cube, and return its shortfall.
 
-        parent: value above which the shortfall need not be exact.
+        parent: if the shortfall exceeds this value, a lower bound of the shortfall suffices.
+        Raises _FoundError if the candidate passes all tests and is verified, and _ExhaustedError
+        if the largest number of candidates was played.
         """
         if self.tried >= self.most:
             raise _ExhaustedError
@@ -321,7 +324,7 @@ class CandidateSearch:
         return value
 
     def _play(self, design: Design, unit: Vector, parent: float) -> tuple[Candidate, float]:
-        """Return the candidate and its shortfall; above `parent`, this may be a lower bound."""
+        """Return the candidate and its shortfall, which may be a lower bound if above `parent`."""
         controller = self.controller(design)
         few = [plant for plant in self.order if plant in self.hard]
         runs = [self.tests.screen(controller, few, self._above(max(parent, PROMISING)))]
@@ -350,9 +353,8 @@ class CandidateSearch:
     def _short(self, controller: Controller, parent: float) -> JudgedRuns:
         """Return the results of the test `short`.
 
-        The search with the reserve collects the worst plants in `hard`, and therefore simulates all
-        plants until `hard` has MOST_HARD plants. In all other cases, the test stops when the
-        candidate is worse than its parent.
+        The test stops when the candidate is worse than its parent. Exception: the search with the
+        reserve simulates all plants until it has collected MOST_HARD of the worst plants in `hard`.
         """
         if self.reserve > 0.0 and len(self.hard) < MOST_HARD:
             return self.tests.short(controller, None)
@@ -375,7 +377,10 @@ class CandidateSearch:
             self.hard.add(worst)
 
     def _move_forward(self, runs: JudgedRuns) -> int | None:
-        """Play the worst plant first from now on, and return it; None if all keep the reserve."""
+        """Move the worst plant to the front of `order`, and return this plant.
+
+        The result is None if all plants keep the reserve.
+        """
         each = shortfalls(runs, self.reserve).max(axis=1)
         if each.max() <= 0.0:
             return None

@@ -149,10 +149,11 @@ def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
 
 
 def missing(runs: JudgedRuns) -> dict[str, float]:
-    """Return the largest violation of each requirement, by the requirement's key.
+    """Return the largest violation of each requirement over all plants.
 
-    A violation is relative to the limit; it is 0 or less if the requirement is met, and grows
-    logarithmically above 1. It is FAILED if a plant could not be simulated.
+    The keys of the result are the keys of the requirements. A violation is relative to the limit;
+    it is 0 or less if the requirement is met, and grows logarithmically above 1. It is FAILED if a
+    plant could not be simulated.
     """
     if runs.failed:
         return {one.key: FAILED for one in runs.metrics}
