@@ -107,7 +107,8 @@ class Design(
       the parameters at run time, it can then interpolate between these controllers.
     - `grid`: Settings of a synthesis whose inequalities are imposed on a grid of parameters.
     - `channel_effort`: Effort [N m | N] that corresponds to the signal 1 in the uncertainty
-      channel. The default is half the width of the Coulomb friction interval.
+      channel, the second input and output of the plant. The default is half the width of the
+      Coulomb friction interval.
     - `poles`: Region in which the closed loop's poles must lie.
     - `order`: Order of the controller. A method that solves matrix inequalities reduces its
       controller to this order.

@@ -36,8 +36,8 @@ class PositionLawDesign(
       `none`: the loop stays closed.
     - `kind`: `square_root`: the speed reference is proportional to the square root of the error.
       `proportional`: it is `gain_per_s` times the error.
-    - `formula`: Gain of the square-root law, with the model's Coulomb friction F and inertia J. The
-      gain sqrt(F/J) is lower than sqrt(2F/J) by the factor sqrt(2).
+    - `formula`: Gain of the square-root law: sqrt(2F/J), or the lower gain sqrt(F/J). F is the
+      model's Coulomb friction and J its inertia.
     - `gain_per_s`: Gain of the proportional law.
     - `band`: Half-width of the rest band. The default is the encoder's step.
     - `settled_speed`: `cut` and `brake` act only if the speed of the prefilter or profile is below
@@ -198,9 +198,9 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     - `speed`: Largest speed. The default is the top speed in bench.yaml.
     - `acceleration`: Largest acceleration. The default is ((`drive_share` times the drive's largest
       effort) - friction - load)/inertia at `speed`, for the plant with the smallest result.
-    - `jerk`: Largest jerk. By default, a move with this limit lasts longer than a move with
-      unlimited jerk by one period of the model's lowest resonance. For a model without resonances,
-      it lasts longer by a tenth of the time in which `speed` is reached.
+    - `jerk`: Largest jerk. The default lengthens a move by one period of the model's lowest
+      resonance, compared with unlimited jerk. For a model without resonances, the default
+      lengthens a move by a tenth of the time in which `speed` is reached.
     - `drive_share`: Fraction of the drive's limit that the default acceleration uses. The rest of
       the limit is left for the feedback.
     """

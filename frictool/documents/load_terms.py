@@ -61,9 +61,9 @@ class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
 class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Load terms that `identify` estimates. An offset that is not listed is assumed to be zero.
 
-    - `terms`: Terms to estimate. `drift` and the terms after it in the list of allowed values only
-      keep the other parameters unbiased. Their effort is subtracted from the measured effort. Of
-      these terms, only `temperature` becomes part of the model.
+    - `terms`: Terms to estimate. `drift` and the terms after it in the list of allowed values are
+      estimated only to keep the other parameters unbiased. Their effort is subtracted from the
+      measured effort. Only `temperature` of these terms becomes part of the model.
     - `ripple`: Period of the ripple; required with the term `ripple`.
     - `most`: Largest sum of spring, gravity and ripple efforts that occurs on the travel. Planned
       tests reserve this effort of the drive's limit for the load; if the key is absent, they

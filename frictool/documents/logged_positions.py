@@ -17,21 +17,24 @@ MOST_BEYOND = 0.1
 
 
 def leaves(logged: Span, low: float, high: float) -> bool:
-    """Return True if `low` to `high` [rad | m] leave the logged positions by over MOST_BEYOND."""
+    """Return True if the range `low` to `high` [rad | m] far exceeds the logged positions.
+
+    Far means by more than MOST_BEYOND times the range of the logged positions.
+    """
     return max(logged.low - low, high - logged.high) > MOST_BEYOND * (logged.high - logged.low)
 
 
 def extrapolated_words(logged: Span | None, low: float, high: float, moving: str) -> str:
-    """Return a warning if `low` to `high` [rad | m] leave the logged positions by far, or "".
+    """Return a warning if `low` to `high` [rad | m] far exceeds the logged positions, else "".
 
     moving: plural noun for the text, such as `steps`.
     """
     if logged is None or not leaves(logged, low, high):
         return ""
     return (
-        f"the {moving} range from {low:.4g} to {high:.4g} {logged.unit}, the model's logs from "
-        f"{logged.low:.4g} to {logged.high:.4g} {logged.unit}; beyond, load and friction are "
-        "extrapolated; validate on a log there"
+        f"the {moving} range from {low:.4g} to {high:.4g} {logged.unit}, but the model's logs only "
+        f"from {logged.low:.4g} to {logged.high:.4g} {logged.unit}; outside, load and friction are "
+        "extrapolated; validate the model on a log of these positions"
     )
 
 
@@ -41,5 +44,5 @@ def to_text(logged: Span) -> str:
 
 
 def from_text(text: str) -> Span:
-    """Return the range from JSON; raise msgspec.MsgspecError if the text is none."""
+    """Return the range from JSON; raise msgspec.MsgspecError for any other text."""
     return msgspec.json.decode(text, type=Span)

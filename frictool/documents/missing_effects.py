@@ -59,7 +59,10 @@ def missing_side(model: Model) -> str | None:
 
 
 def missing_sensor_lag(model: Model) -> str | None:
-    """Return a warning if the position sensor has a lag, which only evaluations of logs include."""
+    """Return a warning about the commands that ignore or refuse a lag of the position sensor.
+
+    The result is None if the sensor has no lag.
+    """
     lag = model.bench.encoder.lag_s
     if lag == 0.0:
         return None
@@ -77,13 +80,13 @@ def missing_late_position(model: Model) -> str | None:
     value, *ends = (f"{1e3 * one:.{DIGITS}g}" for one in (late.value, *late.interval))
     return (
         f"in the logs, the position lags {value} ms ({' to '.join(ends)} ms) more than the bench "
-        "states; margins and simulations ignore this; unless time stamps are wrong, set "
-        "actuator.loop_time_constant_s"
+        "states; margins and simulations ignore this lag; set actuator.loop_time_constant_s, "
+        "unless time stamps are wrong"
     )
 
 
 def unstated_lag(late: Estimate) -> str:
-    """Return words for the longest lag of the interval `late` [s]."""
+    """Return a phrase that states the longest lag of the interval `late` [s]."""
     return f"{1e3 * late.interval[1]:.3g} ms more lag than the bench states"
 
 

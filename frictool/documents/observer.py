@@ -124,7 +124,7 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
         known = [mode.index for mode in self.modes]
         if len(set(known)) != len(known) or not 1 <= len(known) <= MOST_MODES:
             raise ValueError(
-                f"modes: found {len(known)} modes with the indexes "
+                f"modes: found {len(known)} modes with the indices "
                 f"{', '.join(map(str, known))}; allowed: 1 to {MOST_MODES} modes, each index once"
             )
         for pair in self.transitions:

@@ -42,7 +42,7 @@ class ValidSide(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return f"{self.side} {self.of.value:.3g} {self.of.unit}{also}"
 
     def left_words(self, axis: Axis, low: float, high: float, moving: str) -> str:
-        """Return why the range `low` to `high` [rad | m] leaves the valid side, or "".
+        """Return why the range `low` to `high` [rad | m] leaves the valid side; "" if it does not.
 
         moving: plural noun for the text, such as `steps`.
         """

@@ -51,7 +51,7 @@ def measure(position: float, step: float) -> float:
 
 
 def load_of_run(axis: Vector, load: Vector) -> Vector | None:
-    """Return the load to pass to `run` for an axis (a,) with a load (l,).
+    """Return the load to pass to `run` for an axis with parameters (a,) and a load (l,).
 
     The result is None if every slip has a closed form; `run` is then compiled without the
     integrators.

@@ -104,7 +104,7 @@ def virgin_contact(
 
 @kernel
 def hold_levels(laws: Laws, y: Vector) -> float:
-    """Write the law's parameters that are valid at the state y to the last array of `laws`.
+    """Evaluate the law's parameters at the state y; write them to the last array of `laws`.
 
     Returns the additional viscous friction [N | N m] of the friction extension at the speed in y.
     """

@@ -6,11 +6,12 @@ If the drive has no lag, the effort is constant within a period. If the drive ha
 changes from effort[k] to effort[k+1] within the period.
 
 In most periods the axis slips in one direction under linear friction, without an event. The motion
-over such a period is linear in the state; its coefficients are computed once. If a slip does not
-stop under the lower of effort[k] and effort[k+1] (counted in the direction of motion), it does not
-stop under the effort of the lagged drive either. All other periods are simulated by
-engine/axis_motion.py. A load that depends on position (plant/position_load.py) is evaluated once
-per period, at its middle; the error is of second order in the period.
+over such a period is linear in the state; its coefficients are computed once. The
+effort of a lagged drive lies between effort[k] and effort[k+1]. A slip that does not stop under the
+lower of these two (counted in the direction of motion) therefore does not stop in this period. All
+other periods are simulated by engine/axis_motion.py. A load that depends on position
+(plant/position_load.py) is evaluated once per period, at its middle; the error is of second order
+in the period.
 
 The correction corresponds to an observer with constant gains: before each period, `gains` times
 (measured - position) is added to position and velocity. With zero gains, the simulation is open

@@ -41,9 +41,9 @@ def _is_bag(folder: Path) -> bool:
 def members(logs: Iterable[Path]) -> list[FleetLog]:
     """Return the listed logs and all logs in the listed folders.
 
-    Hidden files are left out, and so are tables of results that frictool wrote. If one folder is
-    listed, the names of its logs are paths relative to this folder. If several folders are listed,
-    each name begins with the name of the folder.
+    Hidden files, and tables of results that frictool wrote, are left out. If one folder is listed,
+    the names of its logs are paths relative to this folder. If several folders are listed, each
+    name begins with the name of the folder.
 
     Raises LogError if a folder contains no log, or if all files are tables of results.
     """

@@ -243,12 +243,12 @@ def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[Ra
 
 
 def format_for(path: Path) -> Format | None:
-    """Return the format that is written for the suffix of `path`; None for other suffixes."""
+    """Return the written format that has the suffix of `path`; None for an unknown suffix."""
     return next((one for one in WRITTEN.values() if path.suffix.lower() in one.suffixes), None)
 
 
 def require(form: Format | None, path: Path) -> None:
-    """Raise LogError with the name `path` if the library of the format is not installed."""
+    """Raise LogError about the file `path` if the library of its format is not installed."""
     if form is not None and form.library is not None:
         library(path, *form.library)
 

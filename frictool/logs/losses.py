@@ -109,7 +109,7 @@ def loss_lines(losses: list[DataLoss]) -> list[str]:
         if more := kind[len(shown) :]:
             span = replace(more[0], end_s=more[-1].end_s)
             where = _span(span.start_s, span.end_s)
-            lines.append(f"further {loss_count_text(more)} {where}: the same reason")
+            lines.append(f"further losses: {loss_count_text(more)} {where}, for the same reason")
     return lines
 
 

@@ -1,4 +1,4 @@
-"""Simplification of a curve: straight lines within a tolerance, by cone intersection."""
+"""Approximation of a curve by straight lines within a tolerance, by cone intersection."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ class PlotPanel:
     marks: list[Mark] = field(default_factory=list)
 
     def line(self, x: Vector, y: Vector, colour: str, **more: Any) -> None:
-        """Add a curve; `more` are fields of Mark."""
+        """Add a curve; `more` sets further fields of its Mark."""
         self.marks.append(Mark("line", x, y, colour, **more))
 
     def area(self, x: Vector, y: Vector, colour: str, **more: Any) -> None:

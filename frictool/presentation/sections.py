@@ -104,8 +104,9 @@ def aligned(rows: Sequence[Sequence[str]], names: int | None = None) -> list[str
 
 
 def plain(text: str) -> str:
-    """Return text from a file with "?" in place of each character that cannot be printed.
+    """Return the text with "?" in place of each character that cannot be printed.
 
-    Terminals would execute control characters, and XML forbids them.
+    The text comes from a file: a terminal would execute its control characters, and XML forbids
+    them.
     """
     return "".join(c if c.isprintable() else "?" for c in text)

@@ -142,7 +142,7 @@ def mark_used(folder: Path) -> None:
 
 
 def _is_still(path: Path, handle: int) -> bool:
-    """Return True if `path` is still the open file `handle`, so that the folder was not removed."""
+    """Return True if `path` still denotes the open file `handle`; False if it was removed."""
     try:
         return os.path.samestat(path.stat(), os.fstat(handle))
     except OSError:
@@ -201,7 +201,7 @@ def remove(folder: Path, now: float | None = None) -> bool:
 def prune(parent: Path, current: Path) -> list[Path]:
     """Remove old kernel folders in `parent`; return the removed folders.
 
-    The folder `current` stays. Of the other folders, the `KEPT` most recently used stay, too,
+    The folder `current` is kept. The `KEPT` most recently used of the other folders are also kept,
     unless they were unused for a fortnight.
     """
     now = time.time()
@@ -252,7 +252,7 @@ def module_of(state: Path) -> str:
 
 
 def sized(state: KernelFolder) -> KernelFolder:
-    """Return a copy of the record with the `size` of its folder."""
+    """Return the record of a folder, completed with the size of the folder's files [bytes]."""
     return replace(state, size=_size(state.path))
 
 

@@ -124,7 +124,7 @@ def _unlike(here: Installation, there: Any) -> str:
 
 
 class ClusterRun:
-    """Run of tasks on a cluster."""
+    """Execution of tasks on a cluster."""
 
     def __init__(self, client: Any, address: str, function: bytes, instead: Instead) -> None:
         self._client = client

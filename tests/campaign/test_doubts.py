@@ -194,7 +194,7 @@ def test_steps_far_beyond_the_logs_of_the_model_have_a_warning(
     logged = Span(5.0, high, "rad")
     model = replace(clutch_model(), logged_positions=logged)
     log = simulate_closed_loop(model, loop, scenario(seconds=0.4), HERE)
-    words = f"the model's logs from 5 to {high:g} rad"
+    words = f"the model's logs only from 5 to {high:g} rad"
     assert any(words in one for one in log.warnings) == warned
     assert any(words in one for one in judge(SPEC, [log], loop).remarks) == warned
     del log.metadata["log"]["logged_positions"]  # as in a recorded log

@@ -178,7 +178,7 @@ def test_a_row_that_lacks_several_numbers_is_lost_once(tmp_path: Path):
     (lost,) = json.loads(found.stdout)["lost"]
     assert (lost["samples"], lost["reason"]) == (
         1,
-        "column 'Time' has no finite number in this part",
+        "column 'Time' has no finite number in this part of the log",
     )
 
 

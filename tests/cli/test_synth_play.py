@@ -50,7 +50,7 @@ def test_a_controller_that_misses_the_specification_is_written_with_exit_code_1(
     done = run(*arguments, "--scenario", tmp_path / "steps.yaml")
     assert done.code == 1
     assert (tmp_path / "controller.yaml").exists()
-    assert "the steps range from 5 to 55 rad, the model's logs from 5 to 50 rad" in done.stderr
+    assert "steps range from 5 to 55 rad, but the model's logs only from 5 to 50 rad" in done.stderr
     lines = done.stdout.splitlines()
     assert lines[-9] == (
         "played: one step, 1 step of 50 rad, 0.6 s; nominal plant, 16 vertices from 2 "

@@ -133,7 +133,7 @@ def test_the_step_of_rounded_angles_is_that_of_the_encoder(seed: int) -> None:
 def test_a_gear_between_encoder_and_axis_is_found(seed: int) -> None:
     joint = np.radians(np.round(np.degrees(counted(motion(seed)[0], 80 * COUNTS)), 5))
     (text,) = doubts(joint, unit="deg")
-    assert "steps of 9.587e-06 rad, but one count of the bench is 0.000767 rad" in text
+    assert "steps of 9.587e-06 rad, but one count of the encoder is 0.000767 rad" in text
     assert "their ratio is 80 (a gear ratio?)" in text
     assert "encoder.counts_per_revolution" in text
 

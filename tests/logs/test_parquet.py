@@ -132,7 +132,7 @@ def test_a_damaged_row_group_is_lost_and_the_others_are_read(tmp_path: Path):
 def test_a_cut_file_is_one_line(tmp_path: Path):
     (tmp_path / "x.parquet").write_bytes(PATH.read_bytes()[:-9])
     with pytest.raises(
-        LogError, match="is cut off: its description, at the end of the file, is missing"
+        LogError, match="is cut off: the footer that describes its columns is missing"
     ):
         parquet_format.tables(tmp_path / "x.parquet")
 

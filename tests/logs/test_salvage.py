@@ -249,6 +249,6 @@ def test_many_losses_of_a_kind_are_one_line():
     other = DataLoss(("/axis.current",), "nan", 7.0, 8.0, 1)
     *shown, rest, last = loss_lines([*rows[:9], other, *rows[9:]])
     assert shown == [f"2 samples from {k} to {k + 1} s: line {k}: has 2 cells" for k in range(3)]
-    assert rest == "further 94 samples in 47 places from 3 to 50 s: the same reason"
+    assert rest == "further losses: 94 samples in 47 places from 3 to 50 s, for the same reason"
     assert last == "1 sample of /axis.current from 7 to 8 s: nan"
     assert loss_lines(rows[:4]) == [loss_text(loss) for loss in rows[:4]]

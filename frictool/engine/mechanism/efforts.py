@@ -262,5 +262,5 @@ def all_efforts(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Call `efforts`; also compute the results that are needed at the ends of a step only."""
+    """Call `efforts`; also compute the results that only the ends of a step need."""
     return efforts(machine, t, y, modes, inputs, out, True)

@@ -19,7 +19,7 @@ ROUNDING = 1e-15  # rounding error of a position, relative to its terms
 
 @bare_kernel
 def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
-    """Return the force [N | N m] at a block below which forces count as zero."""
+    """Return the force [N | N m] below which a force at the block counts as zero."""
     least = 1e-300  # smallest tolerance [N | N m], for a block without mass and efforts
     return float(
         SLACK * w[GROSS, block]

@@ -40,7 +40,7 @@ def is_self_locking(p: Vector, row: int) -> bool:
 
 @bare_kernel
 def kink_of(p: Vector, row: int, driven: float) -> float:
-    """Return the force [N | N m] at load end b above which a joint's loss has another slope.
+    """Return the force [N | N m] at load end b at which the slope of a joint's loss changes.
 
     `driven` is the effort of the sources on block a.
     """

@@ -79,7 +79,7 @@ def straight_of(law: Law, p: Vector) -> int:
 
 
 def rest_of(law: Law, p: Vector) -> Vector:
-    """Return a law's internal state (z,) for a contact that has never moved; empty if static."""
+    """Return the internal state (z,) of a law before any motion; empty for a static law."""
     return (
         np.zeros(0)
         if isinstance(law.kernels, StaticKernels)

@@ -153,11 +153,11 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
 
 @bare_kernel
 def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) -> float:
-    """Return the time [s] of a guard's minimum in a step, if it may be below the guard's limit.
+    """Return the earlier of `shortest` and the time at which this guard may be passed [s].
 
-    The guard has the values g0, g1 and the rates r0, r1 at 0 and h, the ends of the step, and is
-    not passed there. If the minimum is above the limit or later than the time `shortest` [s]
-    (earliest such minimum so far), the result is `shortest`.
+    That time is the minimum of the guard within the step, if the minimum may be below the limit.
+    The guard is not passed at the ends 0 and h of the step, where it has the values g0, g1 and the
+    rates r0, r1. `shortest` is the earliest such minimum of the guards examined before.
     """
     if r0 >= 0.0 or r1 <= 0.0:
         return shortest

@@ -62,7 +62,7 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 def _jam(
     k: IntVector, p: Vector, index: int, state: MechanismState, now: float, events: EventRows
 ) -> bool:
-    """Stop a jammed tree of blocks immediately; blocks that it merely touched continue to move.
+    """Stop a jammed tree of blocks immediately; blocks that only touch the tree move on.
 
     Returns False if the jammed tree is already at rest.
     """

@@ -128,7 +128,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @bare_kernel
 def unload(tree: JointTree) -> bool:
-    """Clear the branch (side of the kink) of each self-locking joint not loaded on that side.
+    """Clear the branch of each self-locking joint whose load is not on that side of the kink.
 
     The tree must be at rest. Returns True if the tree has self-locking joints.
     """

@@ -45,7 +45,10 @@ LOOKS = 4  # parts of a step at whose ends guards of forces are checked
 
 @bare_kernel
 def _nudge(k: IntVector, p: Vector, y: Vector, modes: IntVector, j: int) -> float:
-    """Return the Jacobian's increment of state j; this increment does not reverse a slip."""
+    """Return the increment of state j for the Jacobian's difference quotients.
+
+    The increment does not reverse a slip.
+    """
     n = k[ly.BLOCKS]
     if j >= 2 * n:
         size = ly.inner_size(k, p, j - 2 * n)

@@ -213,7 +213,7 @@ class ArrayTable:
 
 
 def check_rows(source: str, size: int, rows: int, columns: int) -> None:
-    """Raise LogError if a file of `size` bytes declares too many rows (`refusal`)."""
+    """Raise LogError if a file of `size` bytes declares more rows than its size allows."""
     if reason := refusal(size, rows, columns):
         raise LogError(source, reason)
 
@@ -228,9 +228,10 @@ def find_array(names: Sequence[str], wanted: str | int) -> str | None:
 
 
 def other_notation(names: Sequence[str], wanted: str) -> str | None:
-    """Return the name of the matrix column or row that `wanted` denotes, else None.
+    """Return the element of `names` that `wanted` denotes in another notation; None if missing.
 
-    `wanted` may be in MATLAB's or in NumPy's notation. Blanks are ignored.
+    The names are those of matrix columns or rows. `wanted` may be in MATLAB's or in NumPy's
+    notation. Blanks are ignored.
     """
     compact = {name.replace(" ", ""): name for name in names}
     match = _LINE.fullmatch(wanted.replace(" ", ""))

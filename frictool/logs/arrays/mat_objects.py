@@ -28,7 +28,7 @@ def can_read() -> bool:
 
 
 def open_objects(path: Path) -> Sequence[LibraryTable]:
-    """Return those tables and timetables of a file that contain numbers.
+    """Return the tables and timetables of a file, without those that contain no numbers.
 
     This function runs in a child process, because mat-io may crash on a damaged file.
     """

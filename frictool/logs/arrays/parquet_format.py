@@ -54,8 +54,8 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
             raise LogError(
                 path,
                 (
-                    "is cut off: its description, at the end of the file, is missing, so that "
-                    "nothing can be salvaged; copy or export it again"
+                    "is cut off: the footer that describes its columns is missing, so that nothing "
+                    "can be salvaged; copy or export the file again"
                 ),
             )
     return open_guarded(path, _open)

@@ -16,7 +16,7 @@ from frictool.logs.conversion import OutgoingStream
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Write the only element of `streams`; each block becomes a row group."""
+    """Write the single stream in `streams`; each block becomes a row group."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -24,7 +24,7 @@ class McapDeclarations:
 
     schemas: schemas by their number in the file.
     channels: channels by their number in the file.
-    metadata: for each record, the text of each key.
+    metadata: metadata records by name; each record maps keys to texts.
     counts: number of messages of each channel according to the file's statistics, by channel
         number; None until the statistics are read.
     """

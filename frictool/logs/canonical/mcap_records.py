@@ -242,9 +242,9 @@ def _is_header(body: bytes) -> bool:
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
     """Return True if the lengths inside a body agree with the record's length.
 
-    The body of a message contains no lengths, so that its times are checked instead. Of a footer
-    or data end record, only the length is checked. The result is False for kinds of records at
-    which reading is not resumed.
+    The body of a message contains no lengths; its times are checked instead. Only the length of a
+    footer or data end record is checked. Reading resumes only at some kinds of records; the result
+    is False for all other kinds.
     """
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
         start, end, _, _, name = _CHUNK.unpack_from(body)

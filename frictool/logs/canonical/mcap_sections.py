@@ -130,7 +130,8 @@ def _batches(
 ) -> Iterator[tuple[list[tuple[FileRecord | FileSection, int]], int]]:
     """Yield batches of records and sections; each batch comes with its unpacked size in bytes.
 
-    A large chunk is a batch by itself. A chunk that exceeds the remaining budget is not unpacked.
+    A large chunk is a batch by itself. A chunk is not unpacked if it exceeds what remains of
+    the limit of unpacked bytes.
     """
     batch: list[tuple[FileRecord | FileSection, int]] = []
     buffered = 0

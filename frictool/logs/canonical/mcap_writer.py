@@ -55,7 +55,7 @@ class CanonicalWriter:
 
     stream: binary output, which may be a pipe.
     heads: headers of the streams. The method `chunk` identifies a stream by its index in `heads`.
-    metadata: for each additional metadata record, the text of each key.
+    metadata: additional metadata records by name; each record maps keys to texts.
     shift_ns: time in ns that is added to every time so that no time is negative. Readers subtract
         this shift.
     """
@@ -170,7 +170,7 @@ class CanonicalWriter:
         )
 
     def describe(self, name: str, entries: dict[str, str]) -> None:
-        """Write the metadata record `name`; `entries`: text of each key."""
+        """Write the metadata record `name`, which maps the keys of `entries` to texts."""
         self._drain()
         record = _bytes(Metadata(name, {key: readable(text) for key, text in entries.items()}))
         self._metadata.append(MetadataIndex(self._offset, len(record), name))

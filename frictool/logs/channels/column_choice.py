@@ -198,7 +198,10 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
 
 
 def _unknown_position(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
-    """Return a question about the position if a column with an unknown name changes, else {}."""
+    """Return an open choice for the position if a column with an unknown name changes.
+
+    The result is {} if no such column changes, or if the log has a preset.
+    """
     unknown = [
         one
         for one in offered
@@ -240,7 +243,7 @@ def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
         channel,
         "column",
         _quoted((choice.column,)),
-        "is it the drive's effort? no column is a known position or velocity",
+        "is this the drive's effort? no column is a known position or velocity",
     )
     return replace(choice, column=OPEN, questions=(*choice.questions, question))
 
@@ -262,7 +265,7 @@ def _names_position(one: OfferedColumn) -> bool:
 def _channels(one: OfferedColumn, axis: Axis, neutral: Set[str]) -> tuple[list[str], int]:
     """Return the channels that a column fits, and the rank of its name (`clarity`).
 
-    neutral: words that the name of a position command may contain besides a word for a command.
+    neutral: words such as `axis`, which the name of a position command may contain.
     """
     if one.preset is not None:
         return [one.preset.channel] if one.preset.channel != NO_CHANNEL else [], 0
@@ -352,7 +355,7 @@ def _doubt(channel: str, one: OfferedColumn) -> str | None:
     if channel == "voltage" and one.preset is None and "input" in words(one.name):
         return "is this the voltage of the motor, or the supply?"
     if channel == "reference" and one.unit is None and not named:
-        return "is it the reference of the position?"
+        return "is this the reference of the position?"
     rated = one.unit == PERCENT  # a drive states its torque in per cent of the rated torque
     if (
         channel == EFFORT
@@ -399,7 +402,7 @@ def _repeats(one: OfferedColumn, other: OfferedColumn, channel: str) -> bool:
 
 
 def _counts_rows(one: OfferedColumn) -> bool:
-    """Return True if a column `x` without a unit has equal steps, as a row number has."""
+    """Return True if a column `x` without a unit increases in equal steps, like a row number."""
     if one.unit is not None or one.name.lower() != "x" or one.values.size < FEWEST_STEPS:
         return False
     steps = np.diff(one.values)

@@ -94,7 +94,10 @@ def quantities(name: str) -> list[str]:
 
 
 def clarity(name: str) -> int:
-    """Return a rank: 0 if a name clearly denotes a channel, len(QUANTITIES) if it denotes none."""
+    """Return the rank of a column name; 0 is the clearest name.
+
+    A name that denotes no channel has the rank len(QUANTITIES).
+    """
     name_words = {*words(name), "".join(words(name))}
     levels = (set("|".join(level.values()).split("|")) for level in QUANTITIES)
     return next(

@@ -56,10 +56,10 @@ def deadband(values: Vector) -> tuple[float, float] | None:
 
     A signal with a deadband has no changes of a single step, even where it reverses or begins to
     move. The signal of a fast axis also has no changes of a single step if the axis seldom
-    reverses. The result is therefore None for a signal that seldom reverses or begins to move. It
-    is also None if chance explains the smallest change of a noisy signal, or if a multiple of the
-    step is missing among many changes that are at most twice as large as the smallest one (then the
-    signal was rounded twice).
+    reverses. The result is therefore None for a signal that seldom reverses or begins to move. The
+    result is also None in two other cases: chance explains the smallest change of a noisy signal,
+    or the signal was rounded twice. After double rounding, a multiple of the step is missing among
+    many changes that are at most twice the smallest change.
     """
     changes = np.diff(values)
     moves = changes != 0.0

@@ -30,8 +30,8 @@ class LatchedTable(DerivedTable):
     """Table with one row per `period_ns` that contains the latest value of each column.
 
     time: (name of the time column, size of its unit in s); None if the blocks have `time_ns`.
-    late_ns: delay in ns from each time of the new table until the columns are read. With half a
-        period, a row with a rounded time belongs to the nearest time of the new table.
+    late_ns: delay in ns from each time of the new table until the columns are read. If the delay is
+        half a period, a row with a rounded time belongs to the nearest time of the new table.
     """
 
     def __init__(

@@ -252,7 +252,9 @@ class ChannelMapper:
             rows = np.flatnonzero(mask & left)  # a row that lacks several numbers is counted once
             if rows.size:
                 dropped.append(
-                    DroppedRows(f"column {name!r} has no finite number in this part", rows)
+                    DroppedRows(
+                        f"column {name!r} has no finite number in this part of the log", rows
+                    )
                 )
             left &= ~mask
         return np.flatnonzero(left), dropped

@@ -52,7 +52,9 @@ def prepare_tables(
 
 
 def _latched(table: RawTable, bench: Bench, *, held: bool = False) -> RawTable:
-    """Return the table with a row per sample period; unchanged if it has such rows or no times.
+    """Return the table resampled to one row per sample period.
+
+    The table is returned unchanged if it already has such rows, or if it has no times.
 
     held: True if the file has a row only when a value changes.
     """

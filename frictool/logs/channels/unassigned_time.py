@@ -59,7 +59,7 @@ def unassigned_time(table: RawTable, period: float) -> str | None:
 
 
 def _scales(table: RawTable, name: str) -> dict[str, float]:
-    """Return the possible units of a time column, each with its size in s; else {}."""
+    """Return the possible units of a time column with their sizes in s; {} for other columns."""
     unit = table.units.get(name) or unit_in(name)
     if unit is None:
         return UNITS if quantities(name) == ["time"] else {}

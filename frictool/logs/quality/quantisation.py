@@ -42,7 +42,7 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the step of which all distances between the values are multiples, or None."""
+        """Return the step that divides all distances of the values; None without such a step."""
         return encoder_step(self._values) if self._values.size else None
 
 
@@ -71,7 +71,7 @@ def step_doubt(position: Vector, bench: Bench) -> str | None:
     whole = abs(ratio - round(ratio)) < ON_LATTICE
     reason = " (a gear ratio?)" if whole else " (a rounded log?)" if step > count else ""
     return (
-        f"the position has steps of {step:.4g} {unit}, but one count of the bench is {count:.4g} "
+        f"the position has steps of {step:.4g} {unit}, but one count of the encoder is {count:.4g} "
         f"{unit}; their ratio is {ratio:.4g}{reason}: correct encoder.{key} or columns.position"
     )
 

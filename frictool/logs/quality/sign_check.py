@@ -60,7 +60,7 @@ class SignCheck:
         if self.work is not None and self.work <= -CLEAR:
             finding = (
                 f"the effort takes energy from the axis (work {100 * self.work:.0f} % of sum "
-                f"|F dx|): another force moves it, or the sign of {names} is reversed"
+                f"|F dx|): another force moves the axis, or the sign of {names} is reversed"
             )
         else:
             finding = (

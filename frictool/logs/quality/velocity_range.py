@@ -60,6 +60,6 @@ class VelocityRange:
 
     @property
     def range(self) -> tuple[float, float] | None:
-        """Return (lowest, highest) velocity from differences over `window` samples, or None."""
+        """Return (lowest, highest) velocity over `window` samples; None for too few samples."""
         low, high = self._ranges[self.window]
         return (low, high) if low <= high else None

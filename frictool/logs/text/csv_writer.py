@@ -13,7 +13,7 @@ from frictool.logs.conversion import OutgoingStream
 
 
 def write(streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
-    """Write the only element of `streams`; the metadata `notes` is not written."""
+    """Write the single stream in `streams`; the metadata `notes` is not written."""
     (stream,) = streams
     target.write(
         (
