@@ -96,7 +96,7 @@ class AutomaticDesign(ResultView):
 
 
 class SearchInterruptedError(KeyboardInterrupt):
-    """Interruption of a search; `found`: outcomes of the families searched so far."""
+    """Interruption of a search by the user; `found`: outcomes of the families searched so far."""
 
     def __init__(self, found: AutomaticDesign) -> None:
         super().__init__()
@@ -166,12 +166,12 @@ class _Search:
     progress: Callable[[str], None]
 
     def first_found(self, searches: Sequence[CandidateSearch]) -> AutomaticDesign:
-        """Run the searches in their order until a design passes; return the outcomes.
+        """Search one family after another until a design passes; return the outcome of each search.
 
-        Each search varies the parameters of one family (`CandidateFamily`). If no design passes,
-        `continued` searches the family of the best candidate again. Conditions: the violation of
-        this candidate is at most CONTINUABLE, and the response time has a limit. If no design
-        passes then, the candidates with the smallest violations are simulated with all plants.
+        If no design passes, `continued` searches the family of the best candidate again. This
+        requires a limit of the response time, and a violation by this candidate of at most
+        CONTINUABLE. If no design passes then, the candidates with the smallest violations are
+        simulated with all plants.
         """
         outcomes = []
         for one in searches:
@@ -203,7 +203,7 @@ class _Search:
     def tolerant(
         self, found: AutomaticDesign, families: Sequence[CandidateFamily]
     ) -> AutomaticDesign:
-        """Search slower loops if the found loop may fail because the axis rings after it stops.
+        """Search slower loops if the axis rings after it stops, and `found` may therefore fail.
 
         The searches end when a loop tolerates the ringing, or when no slower loop of the family
         meets the specification. Return the slowest loop that meets the specification.
@@ -230,8 +230,8 @@ class _Search:
     ) -> AutomaticDesign:
         """Slow down the prefilter of the found design until no plant exceeds the top speed.
 
-        The top speed is `mechanics.top_speed` of the bench. The design does not change if no plant
-        exceeds it, or if the slower prefilter does not meet the specification.
+        The top speed is `mechanics.top_speed` of the bench. The design stays unchanged if no plant
+        exceeds this speed, or if the loop with the slower prefilter violates the specification.
         """
         last = found.outcomes[-1]
         if not found.passed:
@@ -253,8 +253,8 @@ class _Search:
     def slower_prefilter(self, candidate: Candidate) -> Design | None:
         """Return the candidate's design with a prefilter that keeps the top speed.
 
-        Only the plants with the largest speeds are simulated. Return None if the candidate keeps
-        the top speed, if it has no prefilter, or if no prefilter was found.
+        Only the plants with the largest speeds are simulated. Return None if no change is needed,
+        if the candidate has no prefilter, or if every tried prefilter exceeds the top speed.
         """
         bench, design = self.test.model.bench, candidate.design
         whole = [one for one in candidate.runs if len(one.plants) == self.tests.plants]
@@ -303,11 +303,11 @@ class _Search:
     def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
         """Search a family of controllers for longer response times, then for the specified time.
 
-        The longest time in EASINGS is searched first: if no design meets it, none meets a shorter
-        time. The other times follow, shortest first, until a design meets one. From this design,
-        the time is shortened to the specified time; each search starts from the previous design.
-        Return the outcome of the last search in a list; the list is empty if a search for a longer
-        time fails.
+        The first search allows the longest time in EASINGS, because a design that exceeds this time
+        exceeds all shorter times. The next searches allow the other times, shortest first, until a
+        design passes. The allowed time is then shortened step by step to the specified time; each
+        search starts from the previous design. Return a list with the outcome of the last search.
+        The list is empty if a search fails before the specified time is reached.
         """
         *shorter, longest = EASINGS
         first, outcome = self.eased_outcome(longest, family)

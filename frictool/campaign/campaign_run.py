@@ -204,9 +204,9 @@ def campaign(
 def findings_of(
     trial: TrialPlayer, trials: Trials, worst: Sequence[WorstCase], request: CampaignRequest
 ) -> Findings:
-    """Return the statistics of the trials, the warnings, and a reason to doubt the statistics.
+    """Return the findings: statistics of the trials, warnings, and a reason for doubt.
 
-    The reason states why the axis may fail although the trials pass (`doubt_of`).
+    The reason for doubt states why the axis may fail although the trials pass (`doubt_of`).
     """
     return find(
         trials,
@@ -250,10 +250,10 @@ def conduct(
 
 
 def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobSharing]:
-    """Return a function that chooses between one and several processes.
+    """Return a function that maps the expected duration of the work [s] to a JobSharing.
 
-    This function takes the expected duration of the work [s] and returns a JobSharing. If `cores`
-    is None, several processes are used only if they save time.
+    The JobSharing uses `cores` processes or the cluster. If both are None, it uses several
+    processes only if they save time.
     """
 
     def of(seconds: float) -> JobSharing:

@@ -75,9 +75,10 @@ class DesignTest:
 
     @cached_property
     def extremes(self) -> tuple[int, ...]:
-        """Return the plant indices of the vertices nearest to the range ends in EXTREMES.
+        """Return the indices in `plants` of extreme vertices, such as the slowest and the fastest.
 
-        Without vertices, the result is (0,), the nominal plant.
+        EXTREMES states, for each extreme vertex, the range end of each parameter. Without vertices,
+        the result is (0,), the nominal plant.
         """
         if not self.vertices:
             return (0,)
@@ -106,8 +107,8 @@ class DesignTest:
 
         An entry of MOVED shifts the start positions and the targets by fractions of an encoder
         count. Each judge simulates the nominal plant, the vertices and OTHERS new random plants. If
-        the breakaway has a range, the vertices have the upper end for the first, third, ... judge,
-        and the lower end for the other judges.
+        the breakaway has a range, the vertices alternate between judges: upper end of the range for
+        the first judge, lower end for the second, and so on.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -206,7 +207,7 @@ def unjudged_target(spec: Spec) -> str:
 
 
 def untested_reason(model: Model, spec: Spec) -> str:
-    """Return the reason why no controller of this model can be tested, or ""."""
+    """Return why controllers of this model cannot be tested; "" if they can be tested."""
     if not has_requirements(spec):
         return "the specification has no requirement"
     if model.resonances is not None:
@@ -322,7 +323,7 @@ def step_lengths(scenario: Scenario) -> list[float]:
 
 
 def lengths_text(lengths: Sequence[float], axis: Axis) -> str:
-    """Return the range of `lengths` [rad | m], one or more, as text, such as "5 to 50 rad"."""
+    """Return the smallest and the largest of `lengths` [rad | m] as text, such as "5 to 50 rad"."""
     low, high = (f"{extreme(lengths):.4g}" for extreme in (min, max))
     return f"{low if low == high else f'{low} to {high}'} {si_unit('position', axis)}"
 

@@ -56,7 +56,7 @@ class Doubts:
 
 
 def doubts_of(model: Model, controller: Controller, test: DesignTest | None) -> Doubts:
-    """Return the reasons why a controller may fail on the axis of a model.
+    """Return reasons why a controller may fail on the axis, and effects that it tolerates.
 
     test: test that the controller passes on the model; None if no test was simulated.
     """
@@ -76,8 +76,9 @@ def doubts_of(model: Model, controller: Controller, test: DesignTest | None) -> 
 def slower_factor(controller: Controller, test: DesignTest) -> float | None:
     """Return the factor by which a controller must be slower for an axis that rings.
 
-    If the margin suffices, but the steps fail on a plant of two inertias, the factor is SLOWER[0];
-    otherwise it is `RingingCheck.slower`.
+    The factor is 1 if the axis does not ring. It is SLOWER[0] if the loop has the specified margin,
+    but the steps of the test fail on a plant of two inertias. Otherwise, it is
+    `RingingCheck.slower`.
     """
     oscillation = undeclared_ringing(test.model)
     if oscillation is None:
@@ -113,7 +114,7 @@ def _failed(controller: Controller, oscillation: Ringing, test: DesignTest) -> s
 
 
 def _failure(test: DesignTest, spec: Spec, controller: Controller, plant: Model | Mechanism) -> str:
-    """Return a requirement that the loop with `plant` misses in the test's steps, or ""."""
+    """Return a requirement that the loop with `plant` violates in the test; "" if it passes."""
     scenario = structs.replace(test.scenario, given={})
     judge = ControllerJudge(plant, scenario, spec, [{}])
     verdict = judge(controller)
@@ -133,7 +134,7 @@ def _of_late_position(
         return reason, ""
     lag, longest = unstated_lag(late), late.interval[1]
     if test is None:
-        return f"the logs show {lag}; the steps were not simulated with it; leave out --no-play", ""
+        return f"the logs show {lag}, which was not simulated; leave out --no-play", ""
     failure = _failure(test, test.spec, _slower(controller, longest), _slower(test.model, longest))
     return (f"with {lag}, as in the logs, {failure}", "") if failure else ("", f"passes with {lag}")
 

@@ -54,10 +54,10 @@ class _Cut(NamedTuple):
 
 
 def narrower_range(test: DesignTest, candidates: Sequence[Candidate]) -> NarrowerRange | None:
-    """Return the range of one parameter with which a candidate passes every test, or None.
+    """Search for a range of one parameter with which a candidate passes every test.
 
-    The parameter that separates failing from passing plants for the most candidates is tried first.
-    The ranges of a parameter are tried from the widest to the narrowest.
+    The first parameter is the one that separates failing from passing plants for most candidates.
+    Its ranges are tried from the widest to the narrowest. Return None if no range suffices.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def narrower_range(test: DesignTest, candidates: Sequence[Candidate]) -> Narrowe
 
 
 def _parameters(model: Model) -> dict[str, VariedParameter]:
-    """Return the parameters whose ranges are tried, with the model's values as nominal values."""
+    """Return the parameters that may be narrowed; their nominal values are those of the model."""
     constant = model.bench.actuator.constant
     return {
         name: one._replace(nominal=getattr(model.parameters, name, constant).value)
@@ -101,7 +101,6 @@ def _cuts(
 
     If no plant between the nominal value and the nearest failing plant passed, the cut is halfway
     between these two values.
-
     """
     passed = _passed(one)
     values = np.array([test.plants[plant].get(name, parameter.nominal) for plant in passed])
@@ -119,7 +118,7 @@ def _cuts(
 
 
 def _passed(one: Candidate) -> dict[int, bool]:
-    """Return, for each plant index, True if the candidate meets all requirements with the plant."""
+    """Map each plant's index to True if the candidate meets all requirements with this plant."""
     passed: dict[int, bool] = {}
     for runs in one.runs[:2]:  # the other tests have other plants
         met = np.all(shortfalls(runs, 0.0) <= 0.0, axis=1)
@@ -141,7 +140,7 @@ def _nearest(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _usable(test: DesignTest, cuts: Sequence[_Cut]) -> list[_Cut]:
-    """Return the first cuts whose candidate passes with the nominal plant, at most SEPARATED."""
+    """Return at most SEPARATED cuts whose candidate passes with the nominal plant."""
     controllers = CandidateControllers(test.model, test.spec)
     usable: list[_Cut] = []
     for cut in cuts[:NOMINAL]:
@@ -190,7 +189,10 @@ def _tried(cuts: Sequence[_Cut], parameter: VariedParameter) -> list[_Cut]:
 def _confirmed(
     test: DesignTest, name: str, parameter: VariedParameter, cut: _Cut
 ) -> tuple[NarrowerRange | None, int]:
-    """Return (range up to a cut, or None if the candidate fails in this range; number of runs)."""
+    """Test the candidate of a cut in the range that ends at the cut.
+
+    Return (range, or None if the candidate fails in this range; number of simulated plants).
+    """
     bounds = (parameter.low, cut.value) if cut.upper else (cut.value, parameter.high)
     if not bounds[0] <= parameter.nominal <= bounds[1]:
         return None, 0  # the value was rounded past the nominal value

@@ -130,10 +130,10 @@ class CandidateExamination:
     def _runs(
         self, design: Design, condition: Callable[[JudgedRuns], bool], until: bool = False
     ) -> Iterator[JudgedRuns]:
-        """Yield a design's results, test by test, up to the first results that meet `condition`.
+        """Yield the results of a design in each test; end after results that meet `condition`.
 
-        - condition: function of the results of a test, True to end the sequence
-        - until: True to stop a test as soon as its results so far meet `condition`
+        - condition: function that takes the results of a test, and returns True to end
+        - until: True to apply `condition` after each plant of a test, and to end at once
         """
         controller = self.controller(design)
         whole = self.tests.whole(controller, None, condition if until else None)
@@ -195,7 +195,10 @@ class CandidateExamination:
         return None
 
     def _passing_limit(self, design: Design, metric: Any) -> float | None:
-        """Return the limit of one requirement that lets a design pass every test, or None."""
+        """Return the limit with which a design passes every test; None if no limit suffices.
+
+        Only the limit of the requirement `metric` is relaxed.
+        """
 
         def condition(played: JudgedRuns) -> bool:
             return others_missed(missing(played), metric.key)

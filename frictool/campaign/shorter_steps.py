@@ -75,15 +75,14 @@ class ShorterSteps(ResultView):
 
     @property
     def failed(self) -> bool:
-        """Return True if a requirement is violated."""
+        """Return True if a requirement is violated, or if a plant could not be simulated."""
         return any(step.failed for step in self.steps)
 
     @property
     def worst(self) -> tuple[ShorterStep, PlayedRequirement] | None:
-        """Return the largest violation of a limit, and its step; None if all limits are met.
+        """Return the largest violation of a limit, and its step; None without a violation.
 
-        A violation without a number, as of an axis that never settles, is returned only if there
-        is no other violation.
+        Violations without a number (an axis that never settles) are returned last.
         """
         broken = [
             (step, one)
@@ -141,8 +140,7 @@ def play_shorter_steps(test: DesignTest, controller: Controller) -> ShorterSteps
 def shorter_lengths(test: DesignTest) -> list[float]:
     """Return the lengths [rad | m] of a test's shorter steps, from `shortest_step` upwards.
 
-    Lengths of steps in the scenario of the test are left out.
-
+    Lengths that are close to a step of the test are left out.
     """
     low, high = shortest_step(test.model, test.spec), shortest_travel_step(test.model)
     if low * SAME >= high:
@@ -154,10 +152,10 @@ def shorter_lengths(test: DesignTest) -> list[float]:
 
 
 def with_tolerance(model: Model, spec: Spec, length: float) -> Spec:
-    """Return the specification for a step of `length` [rad | m].
+    """Return `spec` with an overshoot limit that suits a step of `length` [rad | m].
 
-    The axis is allowed to rest beyond the target by `static_error`, or by one encoder count if this
-    is larger. The allowed overshoot is therefore at least this distance.
+    The axis may rest beyond the target by `static_error`, or by one encoder count if the count is
+    larger. The overshoot limit in % is raised to this distance if it is smaller.
     """
     if spec.overshoot_percent is None:
         return spec
@@ -168,10 +166,9 @@ def with_tolerance(model: Model, spec: Spec, length: float) -> Spec:
 def _scenarios(test: DesignTest, length: float) -> list[Scenario]:
     """Return two scenarios with steps of `length` [rad | m]: inwards, back, and inwards again.
 
-    One scenario starts at the lowest, the other at the highest position of the default steps. If
-    the axis does not move in the first step, this step is not judged (reference_holds.py); the
-    third step therefore repeats the first.
-
+    One scenario starts at the lowest, the other at the highest position of the default steps. The
+    third step repeats the first step, because reference_holds.py does not judge a first step in
+    which the axis does not move.
     """
     model = test.model
     durations = [step_duration(model, test.spec)] * 3

@@ -54,9 +54,9 @@ def observe_logs(
 ) -> list[FleetResult]:
     """Observe the logs of a fleet, and return one result per log in the order of `fleet`.
 
-    - cores: number of local processes
-    - cluster: address of a Dask cluster, used in place of local processes. If `cores` and `cluster`
-      are None, a small fleet is processed in this process.
+    - cores: number of local processes. If `cores` and `cluster` are None, a few small logs are
+      observed in this process, other fleets in several processes.
+    - cluster: address of a Dask cluster, used in place of local processes
     - tick: callback that takes the completed fraction (0 to 1)
     """
     few = (
@@ -82,7 +82,7 @@ class ObserveJob:
     estimators: EstimatorFactories = THESE
 
     def __call__(self, paths: tuple[Path, ...], member: FleetLog) -> FleetResult:
-        """Observe the only log in `paths`; return the outcome, or the reason if there is none."""
+        """Observe the only log in `paths`; return its outcome, or why there is no outcome."""
         (path,) = paths
         try:
             one = LogObserver(path, self.model, self.settings, member.name, self.estimators)

@@ -168,10 +168,7 @@ def _row(
 
 
 def counts(table: Sequence[FleetRow]) -> dict[str, int]:
-    """Return the number of logs in each of four groups.
-
-    The groups are: above the limit, undecided, unreadable, and with lost data.
-    """
+    """Return the number of logs above the limit, undecided, not read, and with lost data."""
     return {
         "above_limit": sum(bool(row.alarm) for row in table),
         "undecided": sum(row.verdict is not None and row.verdict.exceeded is None for row in table),

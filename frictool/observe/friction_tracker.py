@@ -121,7 +121,7 @@ def _ends(quantity: Quantity | None) -> tuple[float | None, float | None]:
 def _unsure(quantity: Quantity, part: float) -> Vector:
     """Return value, lower and upper end (3,) of a quantity.
 
-    A quantity without a range gets the range from value (1 - `part`) to value (1 + `part`).
+    If the quantity has no range, the ends are (1 - `part`) and (1 + `part`) times the value.
     """
     low, high = quantity.interval
     if low == high:
@@ -159,7 +159,7 @@ def _ends_of(wear: EstimateRange, rough: float) -> list[float]:
 
 
 def _with_viscous(model: Model, end: int) -> Model:
-    """Return the model with each viscous friction at one end of its interval (0: lower end)."""
+    """Return the model with all viscous friction at the lower (`end` 0) or upper (1) end."""
 
     def at_end(quantity: Quantity | None) -> Quantity | None:
         return (

@@ -303,7 +303,11 @@ def _require(source: str, ready: PendingStream, made: LogAssembly, bench: Bench)
 
 
 def _opening(ready: PendingStream, drive: str) -> list[SampleBlock]:
-    """Return the first FEWEST samples or more, up to a nonzero drive or OPENING_SAMPLES samples."""
+    """Return the first blocks of a stream, enough samples to check clock and drive.
+
+    Blocks are read until they contain FEWEST samples and a nonzero drive, at most until they
+    contain OPENING_SAMPLES samples.
+    """
     index = ready.head.fields.index(drive) if drive in ready.head.fields else None
     opening: list[SampleBlock] = []
     seen = 0

@@ -41,7 +41,7 @@ class DecimatedTrace:
             self._halve()
 
     def _halve(self) -> None:
-        """Merge pairs of columns; if their number is odd, the last column is then half full."""
+        """Merge pairs of columns; an odd number of columns leaves the last column half full."""
         starts = np.arange(0, self._time.size, 2)
         self._held += self._per * (self._time.size % 2 == 0)
         self._time = self._time[starts]
@@ -55,9 +55,9 @@ class DecimatedTrace:
 
 
 def zigzag(time: Vector, low: Vector, high: Vector) -> tuple[Vector, Vector]:
-    """Return x and y, each (2 c,), of a line through the minimum and maximum of each of c columns.
+    """Return x and y, (2 c,), of a line that joins minimum and maximum of each of c columns.
 
-    If all minima equal their maxima, the line has one point per column; x and y are then (c,).
+    If every minimum equals its maximum, the line has one point per column; x and y are then (c,).
     """
     if np.array_equal(low, high):
         return time, low

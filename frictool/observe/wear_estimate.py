@@ -20,9 +20,9 @@ class EstimateRange:
     def over(self, other: EstimateRange) -> EstimateRange:
         """Return the ratio of this estimate to an independent estimate; both must be positive.
 
-        Let a and b be the relative half widths of this and of the other estimate. The relative half
-        width of the result is sqrt(a^2 + b^2). For the lower end of the result, a is the half below
-        this value and b the half above the other value; for the upper end, the reverse.
+        The relative half width of the result is sqrt(a^2 + b^2), with the relative half widths a of
+        this and b of the other estimate. For the lower end of the result, a is measured below this
+        value and b above the other value. For the upper end, a is measured above and b below.
         """
         ratio = self.value / other.value
         below = ((self.value - self.low) / self.value) ** 2 + (

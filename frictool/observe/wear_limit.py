@@ -52,9 +52,9 @@ def judge(
 ) -> WearVerdict:
     """Return the verdict on the wear, or on the ratio of the wear to the wear at commissioning.
 
-    The wear is compared with the limit if `ratio` is None, else the ratio. `doubts` contains
-    reasons why the log may be from another rig (rig_plausibility.py). If there are doubts, a wear
-    below the limit is undecided; a wear above the limit still exceeds it.
+    The ratio is compared with the limit; if `ratio` is None, the wear is. `doubts` contains reasons
+    why the log may be from another rig (rig_plausibility.py). With a doubt, a wear below the limit
+    is undecided, but a wear above the limit still exceeds the limit.
     """
     verdict = _of_all_and_parts(estimate, limit, ratio)
     return verdict if verdict.exceeded or not doubts else WearVerdict(limit, None, False, doubts[0])

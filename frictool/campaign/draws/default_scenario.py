@@ -3,9 +3,9 @@
 The axis starts at 8 % of the travel and steps to 88, 8, 56 and 24 %, as in thesis 5.4.1 (5, 55, 5,
 35 and 15 rad of 63 rad). A loop with dry friction and a limited drive is nonlinear: some loops
 overshoot in short steps only. A short step back therefore follows the first step. Its length is a
-tenth of the first step's length. If necessary, the length is increased until 5 % of it and the
-allowed overshoot of the step are not below the allowed static error, nor below one encoder count.
-The short step is left out if another step is at most 1.2 times as long.
+tenth of the first step's length. It is longer if 5 % of its length, or its allowed overshoot, would
+otherwise be smaller than the allowed static error or one encoder count. The short step is left out
+if another step is at most 1.2 times as long.
 
 Each step lasts 5 response times. The last step is longer if `rest` or `limit_cycle` is specified:
 by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, and by the longer time for both.
@@ -42,13 +42,13 @@ def longest_step(model: Model) -> float:
 
 
 def response_time(model: Model, spec: Spec) -> float:
-    """Return the specified response time [s]; WITHOUT_RESPONSE sample periods if there is none."""
+    """Return the specified response time [s], by default WITHOUT_RESPONSE sample periods."""
     specified: float | None = spec.response_time_95_s
     return specified or WITHOUT_RESPONSE * model.bench.sample_period_s
 
 
 def short_step(model: Model, spec: Spec) -> float | None:
-    """Return the length of the short default step [rad | m]; None if there is none."""
+    """Return the length of the short default step [rad | m]; None if it is left out."""
     length = max(SHORT_PART * longest_step(model), shortest_step(model, spec))
     overshoot = spec.overshoot_percent
     if overshoot is not None:  # the axis may rest beyond the target

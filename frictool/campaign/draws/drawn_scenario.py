@@ -60,7 +60,7 @@ def scenario_of(
 
 
 def nominal_of(base: Scenario) -> Scenario:
-    """Return the scenario without `spread`; its only plant has the values in `base.given`."""
+    """Return the scenario without `spread`, for the nominal plant changed by `base.given`."""
     return msgspec.structs.replace(
         base, variants="given" if base.given else "nominal", plants=None, spread=None
     )

@@ -5,10 +5,10 @@ or a larger count has the probability 1 - confidence. The bound is exact for ind
 
 The draws of a Latin hypercube are not independent. The mean of a function over n of these draws has
 at most the variance of the mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),
-1997). The bounds are therefore computed for n - 1 independent draws with the observed pass rate. If
-factors act only jointly, the possible counts may differ by 2. The lower bound is therefore computed
-for a count reduced by 0.5, except if every draw passes. The upper bound is computed for a count
-increased by 0.5, except if every draw fails.
+1997). The bounds are therefore computed for n - 1 independent draws with the observed pass rate.
+Some hypercubes allow only every second count, if a failure depends on several factors jointly. The
+lower bound is therefore computed for a count reduced by 0.5, except if every draw passes. The upper
+bound is computed for a count increased by 0.5, except if every draw fails.
 """
 
 from __future__ import annotations

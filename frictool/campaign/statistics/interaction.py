@@ -6,7 +6,8 @@ S_ij is the second-order Sobol index of the metric Y and the factors X_i, X_j (S
 range of each factor is divided into slices; a cell is the intersection of a slice of X_i with a
 slice of X_j. First, the mean in each slice is subtracted from Y, so that no first-order effect
 remains. The variance of the cell means of this residual, minus the variance that is expected by
-chance, gives S_ij. The standard deviation of S_ij is computed for factors without an interaction.
+chance, is divided by Var(Y) to give S_ij. The standard deviation of S_ij is computed for factors
+without an interaction.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ class JointShare(NamedTuple):
 def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> JointShare:
     """Return the shares of two factors in the variance of `values` (n,).
 
-    `drawn`: True for random trials; False if all vertices were simulated. If all vertices were
-        simulated, the shares are exact, and their error is 0.
+    `drawn`: True for random trials; False if all vertices were simulated. The shares of all
+        vertices are exact, so that their error is 0.
     """
     centred = values - values.mean()
     total = float(centred @ centred)

@@ -5,8 +5,8 @@ The factors are independent, so that their first-order shares are nonnegative an
 
     min sum (s_i - S_i)^2 / e_i^2,    s_i >= 0, sum s_i <= 1
 
-The least certain shares change most. In this norm, the projection is not farther from the true
-shares than the estimates are, because the allowed shares form a convex set.
+The least certain shares change most. Measured by this weighted sum, the projection is not farther
+from the true shares than the estimates are, because the allowed shares form a convex set.
 """
 
 from __future__ import annotations

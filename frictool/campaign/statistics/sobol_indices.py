@@ -84,8 +84,8 @@ def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, 
 def scores_of(values: Vector) -> tuple[Vector, ...]:
     """Return the rank scores (location, spread) of `values` (n,), finite or infinite.
 
-    Each score has shape (n,) and zero mean; the two are orthogonal. Equal values have the same
-    rank. If too many values are equal, the result has only one score, or is empty.
+    Both scores have shape (n,) and zero mean, and are orthogonal. Equal values have equal ranks. If
+    too many values are equal, the result contains only the first score, or none.
     """
     n = values.size
     score_of_rank = (scipy.stats.rankdata(values) - 0.5 * (n + 1.0)) / n

@@ -116,7 +116,10 @@ class PlayedVerdict(ResultView):
 
     @property
     def passed(self) -> bool:
-        """Return True if every plant was simulated, a limit is met, and no limit is violated."""
+        """Return True if all plants were simulated, no limit is violated, and one or more are met.
+
+        An undecided requirement does not prevent this.
+        """
         return not self.failed and not np.any(self.met == 0) and bool(np.any(self.met == MET))
 
     def _worst(self, index: int) -> PlayedRequirement:
@@ -293,8 +296,8 @@ def relative_reserve(metric: MetricLimit, value: float) -> float:
 def plants_of_model(model: Model, scenario: Scenario, random: int = 0) -> list[dict[str, float]]:
     """Return the nominal plant, the vertices of the model's ranges, and random plants.
 
-    The vertices have the model's ratio of breakaway to Coulomb friction. The random plants have a
-    drawn breakaway if it has a range.
+    The vertices have the model's ratio of breakaway to Coulomb friction. If the breakaway has a
+    range, the random plants have a random breakaway within this range.
 
     Parameters
     ----------
@@ -321,10 +324,10 @@ def plants_of_model(model: Model, scenario: Scenario, random: int = 0) -> list[d
 def with_breakaway(
     model: Model, plants: Sequence[PlantValues], part: float
 ) -> list[dict[str, float]]:
-    """Return the plants with a breakaway [N m | N] at `part` of its range, 0 (low) to 1 (high).
+    """Return copies of the plants with the breakaway at `part` of its range.
 
-    The range depends on the plant's Coulomb friction, which each plant must contain. If the
-    breakaway has no range, the plants do not change.
+    `part` is 0 (low end) to 1 (high end). The range depends on the value `coulomb` of the plant,
+    which each plant must contain. Without a range of the breakaway, the plants stay unchanged.
     """
     coulomb = np.array([plant["coulomb"] for plant in plants])
     breakaway = breakaway_at(parameters_of(model), coulomb, np.full(len(plants), part))

@@ -81,7 +81,7 @@ class ScenarioJudge:
 
     @cached_property
     def margin_doubt(self) -> str:
-        """Return the reason why all margins may be wrong: "", since none is known here."""
+        """Return "": this class knows no reason why the modulus margins may be wrong."""
         return ""
 
     def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
@@ -127,7 +127,7 @@ class TrialPlayer(ScenarioJudge):
 
     @cached_property
     def margin_doubt(self) -> str:
-        """Return the reason why all margins may be wrong; "" if there is none."""
+        """Return the reason why the modulus margins may be wrong (ringing); "" without a reason."""
         return ringing_doubt(self.setting.controller)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -167,10 +167,10 @@ class TrialPlayer(ScenarioJudge):
             return TrialResult(draw, (), (), f"{type(error).__name__}: {error}")
 
     def nominal(self) -> tuple[Requirement, ...]:
-        """Simulate the nominal plant with the values `given` of the scenario, without its `spread`.
+        """Simulate the scenario without its `spread`; return the judged requirements.
 
-        Return the judged requirements. Raises FrictoolError if the plant cannot be simulated or the
-        documents do not fit together.
+        The plant is the nominal plant, changed by the values `given` of the scenario. Raises
+        FrictoolError if the plant cannot be simulated, or if the documents do not fit together.
         """
         return self.judged(nominal_of(self.setting.scenario))
 
@@ -195,7 +195,7 @@ def metrics_of(requirements: tuple[Requirement, ...]) -> tuple[MetricLimit, ...]
 
 
 def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> TrialResult:
-    """Convert judged requirements to the result of the trial of a draw."""
+    """Return the judged requirements of the draw with the index `draw` as a TrialResult."""
     met = tuple(_mark(one.met) for one in requirements)
     return TrialResult(draw, tuple(_value(one) for one in requirements), met)
 
@@ -225,6 +225,6 @@ def check_nominal(
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")
         raise NoSolutionError(
-            f"{names.scenario}: every requirement is undecided in the nominal run: {reason}"
+            f"{names.scenario}: every requirement is undecided on the nominal plant: {reason}"
         )
     return requirements

@@ -32,15 +32,15 @@ class JobSharing(Protocol):
         """Apply `function` to each job; yield (index of the job, result) in any order.
 
         `batch`: number of jobs that are sent to a worker together.
-        `instead`: function of a job and a reason; it returns a substitute for the result of a job
-            during which several processes died.
+        `instead`: function that takes a job and a reason, and returns a substitute for the result.
+            It is called if several processes died while they ran this job.
         """
 
 
 class DrawJobs(Sequence[Job]):
-    """Jobs of the draws without a stored result.
+    """Sequence of jobs (index of a draw, point of the unit cube) of draws without a stored result.
 
-    - units: the n draws, points (n, d) in the unit cube of the d factors
+    - units: all n draws, points (n, d) in the unit cube of the d factors
     - left: indices of the draws without a stored result
     """
 

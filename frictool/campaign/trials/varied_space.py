@@ -47,8 +47,8 @@ def space_of_setting(setting: CampaignSetting) -> FactorSpace:
     )
     if not space.factors:
         message = (
-            f"nothing varies: {setting.names.model} has no ranges; write spread, or add low "
-            "and high to values of the bench or mechanism"
+            f"nothing varies: {setting.names.model} has no ranges; add `spread` to the scenario, "
+            "or low and high to values of the bench or mechanism"
         )
         refuse(setting.names.scenario, "spread", message)
     return space

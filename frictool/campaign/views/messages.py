@@ -30,9 +30,9 @@ def quantity(value: float | None, unit: str) -> str:
 
 
 def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
-    """Return a share in % with one decimal.
+    """Return `share` (0 to 1) in % with one decimal.
 
-    Close to 0 or 100 %, more decimals give the distance to 0 or 100 % with two significant digits.
+    Close to 0 or 100 %, more decimals show two significant digits of the distance to 0 or 100 %.
 
     `toward`: direction of rounding; a lower bound must be rounded down, an upper bound up.
     """
@@ -49,14 +49,14 @@ def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") 
 
 
 def percent_text(share: float) -> str:
-    """Return a share that the user has chosen, in % with all digits."""
+    """Return a share (0 to 1) that the user stated, in % with all its digits."""
     return f"{100.0 * share:.12g} %"
 
 
 def chance_text(chance: float | None) -> str:
-    """Return the p-value as text; empty if the trials are not random.
+    """Return a text on a p-value, such as "chance 0.02"; "" for None.
 
-    A value below 1e-4 is shown as "below 1e-4".
+    Trials that are not random have no p-value.
     """
     if chance is None:
         return ""

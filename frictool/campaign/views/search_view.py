@@ -122,9 +122,9 @@ def _several_lines(findings: SearchFindings, model: Model) -> list[str]:
 
 
 def relaxation_lines(findings: SearchFindings) -> list[str]:
-    """Return lines with relaxed limits; a candidate passes with each one of them alone.
+    """Return a heading and one line for each relaxed limit; [] without relaxed limits.
 
-    The search does not look for the smallest change of a limit.
+    Each of these limits alone lets a candidate pass. A smaller change may suffice.
     """
     relaxed = [
         f"  {one.metric.key}: {number_words(one.limit, one.metric.unit)}"
@@ -135,7 +135,7 @@ def relaxation_lines(findings: SearchFindings) -> list[str]:
 
 
 def narrower_words(found: AutomaticDesign) -> str:
-    """Return the range of a parameter with which a candidate passes every test, or ""."""
+    """Return a text on the range with which a candidate passes every test; "" without a range."""
     one = None if found.findings is None else found.findings.narrower
     if one is None:
         return ""

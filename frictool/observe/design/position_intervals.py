@@ -34,10 +34,10 @@ class FrictionInterval:
 
 
 def intervals(friction: FrictionMap, direction: int, count: int) -> list[FrictionInterval]:
-    """Return at most `count` position intervals of one direction, in ascending order.
+    """Return `count` position intervals of one direction, in ascending order.
 
-    If friction is constant, there is one interval. Raises NoSolutionError if `count` is less than
-    the number of monotone sections.
+    If the friction is constant, the only interval is the whole travel. Raises NoSolutionError if
+    `count` is less than the number of monotone sections.
     """
     edges = turning_points(friction, direction)
     levels = friction_at(friction, direction, np.array(edges))
@@ -84,9 +84,9 @@ def turning_points(friction: FrictionMap, direction: int) -> list[float]:
 
 
 def _where(friction: FrictionMap, direction: int, low: float, high: float, part: float) -> float:
-    """Return the position at which the fraction `part` of the friction's change is complete.
+    """Return the position at which the friction has changed by the fraction `part` (0 to 1).
 
-    The change runs from the position `low` to the position `high`; `part` is 0 to 1.
+    The fraction refers to the change of the friction from position `low` to position `high`.
     """
     first, last = (float(friction_at(friction, direction, end)) for end in (low, high))
     return float(

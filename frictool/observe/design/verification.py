@@ -64,9 +64,9 @@ class ObserverVerification:
 
 
 def motion_samples(growth: float, decay: float) -> float | None:
-    """Return the number of samples in which the Lyapunov function decays by the factor `growth`.
+    """Return the number of samples after which e' P e has decayed by the factor `growth`.
 
-    `decay` is the decay factor lambda. The result is None if lambda is 1.
+    `decay` is the decay factor lambda. Return None if lambda is 1, so that nothing decays.
     """
     return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 
@@ -237,8 +237,8 @@ def _over_rest(
 ) -> float:
     """Return the largest growth of the Lyapunov function over a rest.
 
-    The growth is from the start of the rest to the first sample after it. The estimate of the wear
-    is constant during the rest. Raises NoSolutionError if the errors of position and speed do not
+    The growth is from the start of the rest to the first sample after the rest. The wear estimate
+    is constant during a rest. Raises NoSolutionError if the errors of position and speed do not
     decay in a rest.
     """
     resting = mode.a - gains[:, :1] @ mode.c[:1]
@@ -267,7 +267,7 @@ def _over_rest(
 def _over_turn(
     loops: Mapping[int, Matrix], switches: Sequence[Switch], solution: SwitchedGains
 ) -> float:
-    """Return the largest growth of the Lyapunov function at a forbidden change of moving modes."""
+    """Return the largest growth of e' P e at a forbidden transition between two moving modes."""
     posed = {
         i: np.linalg.solve(solution.t, loop @ solution.t)
         @ np.linalg.inv(np.linalg.cholesky(solution.p[i])).T

@@ -116,7 +116,7 @@ class FilterBank:
     def weights(self) -> Vector:
         """Return the weights of the filters (k,), with sum 1.
 
-        A filter that assumes falling friction has a small weight if its estimate rises with speed.
+        A filter for friction that falls with speed has a small weight if its estimate rises.
         """
         falls = (self.means + self.deviations * self.states)[:, self._falls]
         likely = (
@@ -216,8 +216,8 @@ class FilterBank:
     def unexplained(self, name: str, gram: Vector, rows: int) -> float:
         """Return the rms of the part of a regressor that the other regressors do not explain.
 
-        The regressor is that of the parameter `name`. `gram` (p + 1, p + 1) is the sum of row' row
-        over `rows` rows. The priors limit the values of the other parameters.
+        The regressor is that of the parameter `name`. The other parameters are limited by their
+        priors. `gram` (p + 1, p + 1) is the sum of row' row over `rows` rows.
         """
         size = gram.shape[0] - 1
         best = int(np.argmax(self.weights))
@@ -256,9 +256,9 @@ class FilterBank:
     def _noise_of(self, information: Vector, missed: Vector, left: Vector, rows: int) -> float:
         """Return the noise variance r for a move [(N m)^2 | N^2].
 
-        r is the variance learned so far. If the residual of the move is significantly larger, r
-        includes this residual, so that a noisy first move has less weight. `left` (k,): squared
-        residuals of the filters.
+        r is the variance that earlier moves show. If the residual of this move is significantly
+        larger, r includes this residual, so that a noisy first move has less weight. `left` (k,):
+        squared residuals of the filters.
         """
         known = noise = self.noise
         # fitted without earlier moves, because a changed parameter is not noise
@@ -295,10 +295,11 @@ class FilterBank:
 
 
 def rising_penalty(falls: Vector, means: Vector, deviations: Vector) -> Vector:
-    """Return log weights (k,) of filters, small if a part of a fall is negative (rises with speed).
+    """Return log weights (k,) of filters: small if a filter estimates a negative fall.
 
-    `falls`, and the prior `means` and `deviations` of the falls, are (k, m). The log weight is 0
-    for a prior without an unmodelled fall.
+    A fall is the friction that disappears as the speed rises; a negative fall means that friction
+    rises. `falls`, and the prior `means` and `deviations` of the falls, are (k, m). The log weight
+    is 0 if the prior contains no fall.
     """
     largest = np.max(deviations, axis=1, keepdims=True, initial=0.0)
     parts = (deviations > 0.5 * largest) & np.any(means > 0.0, axis=1, keepdims=True)

@@ -171,7 +171,10 @@ class WearEstimator:
 
     @property
     def _one_change(self) -> bool:
-        """Return True if the wear has changed once recently, after many moves without a change."""
+        """Return True if the last change of the wear was recent and followed a long constant time.
+
+        "Recent" means STEADY to SETTLING moves ago, "long" at least AGREED moves.
+        """
         return self._before >= AGREED and STEADY <= self._since <= SETTLING
 
     @property
@@ -229,11 +232,12 @@ def apart(one: EstimateRange, other: EstimateRange) -> bool:
 
 
 def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
-    """Return a copy of `alike`, with the kind of wear and the directional wear of `verdict`.
+    """Return a copy of `alike` with values of the classification `verdict`.
 
     - alike: estimate that assumes uniform wear
-    - verdict: classification of the wear; unless its kind is in ALIKE, mean wear, added effort,
-      zones and inertia of the result also come from `verdict`
+    - verdict: classification of the wear. Its kind and its wear by direction are always used; mean
+      wear, added effort, zones and inertia only if the kind is not in ALIKE. For the kinds in
+      ALIKE, the wear by direction is scaled to the mean wear of `alike`.
     """
     if verdict.kind not in ALIKE:
         sided = replace(

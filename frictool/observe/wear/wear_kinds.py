@@ -303,7 +303,7 @@ class WearClassifier:
         return mixture(gram, right, best, self._means, beliefs, weights)
 
     def _weights(self, gram: Vector, right: Vector, means: Vector, beliefs: Vector) -> Vector:
-        """Return the log weights (m,) of m priors, small if "falling" friction rises with speed."""
+        """Return log weights (m,) of m priors: small if a fall of friction is negative."""
         falls = self._falls
         fitted = posterior_means(gram, right, means, beliefs)
         deviations = np.sqrt(np.diagonal(beliefs, axis1=1, axis2=2))
