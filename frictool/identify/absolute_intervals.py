@@ -33,7 +33,7 @@ class ParameterIntervals:
 
     @property
     def assumed(self) -> bool:
-        """Return True if neither logs nor bench.yaml state the range, which is no interval."""
+        """Return True if the range is assumed, and comes from neither logs nor bench.yaml."""
         return self.estimate.source == "assumed" and self.estimate.low is not None
 
     @property

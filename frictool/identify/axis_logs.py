@@ -41,12 +41,12 @@ class AxisLogs:
     - ramps: records of breakaway ramps
     - rows: samples of the sliding records at which the axis slips
     - kinds: kind of each log, `sliding` or `ramp`; the key is the name of the log
-    - unmeasured: reason why a sliding record has no valid measurement of effort or position; None
-      if all records have valid measurements
+    - unmeasured: reason why the effort or the position of a sliding record is not a valid
+      measurement; None if all are valid
     - drive_off: True if the drive was off in the sliding records (`coast_down.py`)
     - unused_ramps: reason why a log with ramps is not in `ramps`; None if there is no such log
-    - kink: kink (abrupt change) of the load if the samples on one side of the kink were removed
-      (`on_one_side`), else None
+    - kink: kink (abrupt change) of the load; None unless the samples on one side of a kink were
+      removed (`on_one_side`)
     """
 
     sliding: list[MotionRecord]
@@ -100,7 +100,7 @@ class AxisLogs:
         return replace(self, sliding=sliding, ramps=ramps, rows=motion_rows(sliding, self.bench))
 
     def with_load(self, laws: Laws | None) -> AxisLogs:
-        """Return the logs; the load in `laws` becomes the known load of the ramp records."""
+        """Return the logs with the load in `laws` as the known load of the ramp records."""
         if laws is None:
             return self
         return replace(self, ramps=[with_load(record, laws) for record in self.ramps])
@@ -115,8 +115,8 @@ def sort_logs(
 ) -> AxisLogs:
     """Return the logs of an axis, sorted into sliding motion and breakaway ramps.
 
-    The kind of each record in `records`, sliding motion or ramps, is detected; each record in
-    `ramps` is taken as ramps. Raises LogError if a log occurs twice, or cannot come from this axis.
+    For each record in `records`, the kind is detected: sliding motion or ramps. The records in
+    `ramps` are ramps. Raises LogError if a log occurs twice, or cannot come from this axis.
     """
     every = [*records, *ramps]
     records = shaped(records, bench)

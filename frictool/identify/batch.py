@@ -40,7 +40,7 @@ class LogGroup:
     """Logs from which one model is identified.
 
     - name: name of the model file, without its suffix
-    - words: command line that repeats the identification of this group alone
+    - words: command line that identifies this group alone
     """
 
     name: str
@@ -120,7 +120,7 @@ def _called(members: list[FleetLog], each: str) -> PurePosixPath:
 
 
 def _relative_paths(called: list[PurePosixPath]) -> list[PurePosixPath]:
-    """Return the paths without `..`; absolute paths become relative to their common parent."""
+    """Return paths without `..`, and absolute paths relative to their common parent."""
     rooted = [one for one in called if one.is_absolute()]
     top = (
         PurePosixPath(os.path.commonpath([one.parent for one in rooted]))
@@ -232,7 +232,7 @@ def _bench(text: str) -> Bench:
 
 
 def _named(text: str, paths: Paths, group: LogGroup) -> str:
-    """Return the message with the names of the logs in place of their paths."""
+    """Replace the paths of the logs by their file names in a message."""
     for path, member in zip(paths, group.members, strict=True):
         name = "" if len(paths) == 1 else f"{member.name.file}: "
         for prefix in (f"{path}: ", f"{path.name}: "):

@@ -117,7 +117,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Return scatter and statistical tests of each parameter that at least two models identify."""
+    """Return scatter and tests (`Population`) of each parameter with values in several models."""
     values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:
@@ -181,7 +181,7 @@ def population_lines(parameters: dict[str, Population], bench: Bench) -> list[st
 
 
 def conclusion(one: Population) -> str:
-    """Return "yes" if one true value can explain the values of all models, else "no" and why."""
+    """Return "yes" if all models may have the same true value, else "no" with the reason."""
     no = []
     if one.between is not None and one.rejects(one.between):
         no.append(f"units differ by {one.between.beyond:.2g} {_p(one.between.p)}")

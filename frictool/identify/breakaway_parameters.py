@@ -112,7 +112,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
 
 
 def _refuse_returning(logs: AxisLogs, sliding: Outcome) -> None:
-    """Raise UnusableLogs if an unknown load moves the axis back after most ramps.
+    """Raise UnusableLogs if the axis moves back after most ramps, because of an unknown load.
 
     The load is known if it is part of the model, and if the sliding logs pass the median position
     of each log of ramps at least 2*FEWEST_STROKES times.
@@ -150,9 +150,9 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
     assumption of constant friction are replaced. There are two candidates: a regression with
     friction over position, and a friction map. A map is fitted only if the ramps cover at least
     half of the travel of the sliding logs. The map is used if its force error is noticeably smaller
-    than that of the regression, or if there is no regression. Without a candidate, only the
-    breakaway depends on position. The same is true if the model has a load or friction by
-    direction, which the map does not include.
+    than that of the regression, or if there is no regression. In two cases, only the breakaway
+    depends on position: there is no candidate; or the model has a load or friction by direction,
+    which the map does not include.
     """
     ramp, fit, laws = outcome.ramp, outcome.fit, outcome.laws
     if ramp is None or (ramp.by_position is None and ramp.rising is None):
@@ -332,7 +332,7 @@ def _hidden_inertia(logs: AxisLogs, fit: SlidingFit) -> str:
 
 
 def without_impossible_breakaway(outcome: Outcome, bench: Bench) -> Outcome:
-    """Return the outcome in which a constant breakaway below Coulomb friction is refused."""
+    """Return the outcome; refuse a constant breakaway if it is below Coulomb friction."""
     impossible = impossible_breakaway(outcome, bench)
     if not impossible or outcome.ramp is None or outcome.ramp.by_position is not None:
         return outcome
@@ -340,9 +340,9 @@ def without_impossible_breakaway(outcome: Outcome, bench: Bench) -> Outcome:
 
 
 def impossible_breakaway(outcome: Outcome, bench: Bench) -> str:
-    """Return a message if the breakaway of ramps is below Coulomb friction, else "".
+    """Return a message if the ramps give a breakaway below Coulomb friction, else "".
 
-    Inside an unstated backlash, the ramps move the motor without the load.
+    The usual cause is a backlash that the bench does not state: the ramps then move only the motor.
     """
     identified = outcome.identified
     if outcome.ramp is None or not {"breakaway", "coulomb"} <= identified.keys():

@@ -36,7 +36,7 @@ DRIVE_OFF = "the drive was off; such a log shows friction relative to the inerti
 
 
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
-    """Return True if the effort is noise and too small to have caused the acceleration.
+    """Return True if the effort is noise, and too small to have caused the acceleration.
 
     An effort is too small if its rms is below 5 % of the rms acceleration times the smallest
     inertia in bench.yaml. A driven axis can have such a small effort, too, if the inertia
@@ -125,7 +125,7 @@ def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> Identi
 
 
 def _scaled(one: Interval, inertia: Interval) -> Interval:
-    """Return the interval `one`, fitted with `inertia.value`, widened by the range of `inertia`."""
+    """Return the interval `one`, fitted for `inertia.value`, widened by the range of `inertia`."""
     factors = inertia.low / inertia.value, inertia.high / inertia.value
     return Interval(
         one.value,

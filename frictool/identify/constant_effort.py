@@ -162,7 +162,10 @@ def _densest(values: Vector, band: float) -> float:
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
-    """Return the stretches at the common effort of the proved stretches; [] if there is none."""
+    """Return the stretches that have the median effort of the proved stretches.
+
+    The result is [] if too few of the proved stretches have this effort.
+    """
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []

@@ -72,13 +72,15 @@ class AcceptedEffects:
 
     - what: names of the effects in the order of acceptance
     - significance: p-value of the effect that was accepted last
-    - shift: change of each sliding parameter when these effects are added to the model
+    - shift: change of each sliding parameter if these effects are added to the model, with an
+      effort limited to a plausible size
     - held_out: squared prediction error of the effort in strokes left out of the fit, divided by
       the error without the effects
     - scatter: half width of the interval of each shift; 0 for a parameter that is not a key
-    - whole: shift with the effort of the effects as fitted; in `shift`, this effort is limited
-    - settle: test or change of bench.yaml that would show whether the last of the effects acts
-    - one_sided: True if the effects cannot cause a shift in the opposite direction
+    - whole: the same change with the effort of the effects as fitted, without a limit
+    - settle: advice on a test, or a change of bench.yaml, that would show whether the last effect
+      acts
+    - one_sided: True if the effects can shift a parameter in the direction of `shift` only
     """
 
     what: tuple[str, ...]
@@ -99,7 +101,7 @@ class EffectRegression:
 
     - used: hypotheses that the model includes
     - free: hypotheses that the model does not include
-    - names: sliding parameters that are not fixed
+    - names: sliding parameters that are fitted, and not fixed
     - noisy: True if the acceleration is too noisy to test effects whose columns resemble the
       acceleration
     - winding: True if the drive is a voltage drive whose winding can delay the effort
@@ -119,7 +121,7 @@ class EffectRegression:
 
     @property
     def tested(self) -> list[Hypothesis]:
-        """Return the hypotheses in `free` that can be tested.
+        """Return those hypotheses in `free` that can be tested.
 
         If `noisy`, hypotheses whose columns resemble the acceleration cannot be tested, except a
         lag of a winding (`explanation_search`).
@@ -130,7 +132,7 @@ class EffectRegression:
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """Return all hypotheses, included in the model or not."""
+        """Return all hypotheses, those in the model and the others."""
         return (*self.used, *self.free)
 
     def without(self, one: Hypothesis) -> EffectRegression:
@@ -140,7 +142,7 @@ class EffectRegression:
         return replace(self, used=used, free=(*free, one))
 
     def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
-        """Return `parameters` with intervals that include the residual's scatter between bins.
+        """Return `parameters` with intervals widened by the scatter of the residual between bins.
 
         There are two sets of bins: bins of the position; and bins of the velocity, separately for
         each sign of the acceleration.
@@ -213,10 +215,10 @@ class EffectRegression:
         return min(self.rows.noise**2 / left, 1.0) if left > 0.0 else 1.0
 
     def accepted(self) -> list[AcceptedEffects]:
-        """Return the effects, single or in groups, that explain the residual.
+        """Return the effects, alone or in groups, that explain a part of the residual.
 
-        The result also contains effects that could replace an effect of the model without a worse
-        prediction of strokes left out of the fit.
+        The result also contains effects that could replace an effect of the model: with them, the
+        prediction of strokes left out of the fit is not worse.
         """
         if self.values(self.used) is None or self.rows.squares(self.used) is None:
             return []
@@ -305,7 +307,7 @@ class EffectRegression:
         )
 
     def resonant_inertia(self) -> Interval | None:
-        """Return the inertia of a model with a resonance; None if the log shows no resonance.
+        """Return the inertia of a fit with a resonance; None if the log shows no resonance.
 
         The log shows a resonance if the coefficient of the resonance differs significantly from 0
         and is negative. The coefficient is negative if a load behind a spring increases the
@@ -383,7 +385,7 @@ class EffectRegression:
         return before is not None and after is not None and bool(np.sum(after) < np.sum(before))
 
     def _rivals(self) -> list[AcceptedEffects]:
-        """Return the effects that can replace a hypothesis in `used` without a worse prediction.
+        """Return effects that can replace a hypothesis in `used` without a worse prediction.
 
         A spring can also replace a delay or a resonance that predicts better than the spring
         (`_spring_instead`).
@@ -406,7 +408,7 @@ class EffectRegression:
         return out
 
     def _spring_instead(self, others: Sequence[Hypothesis]) -> list[AcceptedEffects]:
-        """Return the parameters' change from the model to a fit with a spring and `others`, or [].
+        """Return the change of the parameters from the model to a fit with a spring and `others`.
 
         Errors of the differentiated position resemble a delay or a resonance. A delay or a
         resonance can therefore predict the strokes better than a spring, although the spring acts.
@@ -435,7 +437,11 @@ class EffectRegression:
     def shifted(
         self, hypotheses: Sequence[Hypothesis], significance: float
     ) -> list[AcceptedEffects]:
-        """Return the shift of the parameters by those `hypotheses` that the model lacks, or []."""
+        """Return the change of the parameters from the model to a fit with `hypotheses`, or [].
+
+        The effort of hypotheses that the model lacks is limited to a plausible size. The result is
+        [] if the rows do not determine the fit.
+        """
         alone = self.values(self.used)
         values = self.values(hypotheses)
         if alone is None or values is None:
@@ -459,7 +465,7 @@ class EffectRegression:
         return [AcceptedEffects(what, significance, shift, held_out, whole=whole, settle=settle)]
 
     def named(self, one: Hypothesis, others: Sequence[Hypothesis]) -> Hypothesis:
-        """Return the hypothesis `one` with name and advice that suit its fitted effort.
+        """Return the hypothesis `one` with a name and advice chosen by its fitted effort.
 
         The effort is fitted together with the hypotheses `others` (`rows/shape_over_speed.py`).
         """
@@ -468,10 +474,10 @@ class EffectRegression:
         return one if values is None else named_by_shape(one, model, values, self.rows.samples)
 
     def alternative(self, hypotheses: Sequence[Hypothesis]) -> list[AcceptedEffects]:
-        """Return the shift of the parameters from the model to a fit with `hypotheses`, or [].
+        """Return the result of `shifted` for `hypotheses`, with the scatter of the change.
 
-        The shifted intervals are at least as wide as the intervals of this fit. The result is empty
-        if the rows do not determine the fit.
+        The shifted intervals are at least as wide as the intervals of a fit with `hypotheses`. The
+        result is empty if the rows do not determine this fit.
         """
         after = replace(self, used=tuple(hypotheses)).intervals()
         scatter = added_scatter(self.intervals(), after)
@@ -480,7 +486,7 @@ class EffectRegression:
     def _limited(
         self, shift: Mapping[str, float], factor: float, hypotheses: Sequence[Hypothesis]
     ) -> dict[str, float]:
-        """Return `shift` with a limit on the part that an eccentric encoder causes.
+        """Return `shift`, with a limit on the part that is due to an eccentric encoder.
 
         `shift` is `factor` times the change by `hypotheses`. An eccentric encoder multiplies
         inertia and viscous friction by a factor within 1 +- LARGEST_ECCENTRICITY. Over less than a
@@ -537,10 +543,9 @@ def effect_regression(
 ) -> EffectRegression | None:
     """Return the regression of the effort; None if the axis never slips or all values are fixed.
 
-    The length of the smoothing windows is multiplied by `smoother`. If `hides` is True and noise of
-    the acceleration makes the fitted inertia too small by more than the half width of its interval,
-    the inertia is fixed: at the value of `fit` or, if `fit` has no inertia, at the value of the
-    bench.
+    The smoothing windows are `smoother` times as long as in `fit`. If `hides` is True, the inertia
+    is fixed if noise of the acceleration decreases it by more than the half width of its interval.
+    It is fixed at the value of `fit` or, if `fit` has no inertia, at the value of the bench.
     """
     structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
     try:
@@ -587,7 +592,7 @@ def load_units(waves: Sequence[float]) -> dict[str, tuple[PositionLoad, ...]]:
 def _relative_loads(
     samples: RegressionSamples, waves: Sequence[float], zero: float
 ) -> RegressionSamples:
-    """Return the samples with load columns that are 0 at the position `zero` [rad | m]."""
+    """Shift the load columns of the samples so that they are 0 at the position `zero` [rad | m]."""
     place = np.array([zero])
     loads = dict(samples.loads)
     for term, units in load_units(waves).items():
@@ -613,7 +618,7 @@ def added_scatter(
 
 
 def unlikely_change(one: Interval, other: Interval) -> float:
-    """Return the part of the change between two estimates that chance does not explain.
+    """Return the part of the change from `one` to `other` that chance does not explain.
 
     `one` is the more efficient estimate. If the model is true, the variance of the change is the
     variance of `other` minus the variance of `one` (Hausman, 1978).
@@ -629,7 +634,7 @@ def inertia_of_other_method(fit: SlidingFit) -> bool:
 
 
 def _hidden(fit: SlidingFit, regression: EffectRegression) -> bool:
-    """Return whether noise can lower the inertia estimate by more than its half width.
+    """Return whether noise can decrease the fitted inertia by more than its half width.
 
     The result is also True if the fit has no inertia, or an inertia from the weak form or from
     means over strokes. It is False if the inertia is fixed.
@@ -648,7 +653,10 @@ def _states(samples: RegressionSamples) -> IntVector:
 
 
 def _without_knees(samples: RegressionSamples, fit: SlidingFit, bench: Bench) -> RegressionSamples:
-    """Return the samples without the efforts of speed regimes and of the Stribeck effect."""
+    """Subtract the efforts of knees and of the Stribeck effect from the effort of the samples.
+
+    At a knee, the viscous friction changes.
+    """
     if fit.laws is None or not (fit.laws.regimes or "stribeck_velocity" in fit.parameters):
         return samples
     intervals = {**sliding_intervals(fit.parameters, bench), **fit.parameters}

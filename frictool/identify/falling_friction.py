@@ -69,7 +69,7 @@ def falling_friction(regression: EffectRegression) -> list[AcceptedEffects]:
 
 
 def slow_friction(regression: EffectRegression) -> float | None:
-    """Return the friction [N m | N] at speed 0 with the columns of the first of FALLS.
+    """Return the friction [N m | N] at speed 0 in a fit with the columns of the effect FALLS[0].
 
     The result is None if the regression does not determine it.
     """
@@ -83,7 +83,7 @@ def slow_friction(regression: EffectRegression) -> float | None:
 
 
 def explained(regression: EffectRegression, one: Explanation) -> Explanation:
-    """Return an explanation with name and advice that suit its fitted effort."""
+    """Return an explanation, with a name and advice chosen by the shape of its fitted effort."""
     falls = {fall.term: fall for fall in regression.hypotheses if fall.term in FALLS}
     named = {
         term: regression.named(fall, [other for other in regression.used if other is not fall])

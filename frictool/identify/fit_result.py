@@ -26,7 +26,7 @@ DIMENSIONS |= {"stribeck_velocity": "velocity"}
 
 
 class UnusableLogs(FrictoolError):
-    """Error: the logs are valid, but do not determine what is to be identified."""
+    """Error: the logs are valid, but do not determine the requested parameters."""
 
     exit_code = EXIT_NO
 
@@ -138,12 +138,12 @@ class SlidingFit:
       bench.yaml
     - force_error: relative force error, defined in `force_error.py` and comparable between methods;
       None if the axis never slips
-    - tried: models that the method compared
+    - tried: models that the method compared before it chose one
     - constants: identified constants of a servo
     - load_zero: position at which the load columns are 0, so that the offset is the total load
       there, rad | m (`total_load.py`); None if the columns are not shifted
     - attenuation: relative decrease of the fitted inertia by white noise of the position; 0 if the
-      decrease is negligible, or if the method removes it
+      decrease is negligible, or if the method corrects it
     """
 
     parameters: dict[str, Interval]

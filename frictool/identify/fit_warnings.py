@@ -298,8 +298,8 @@ def _factor(
 ) -> float | None:
     """Return the factor that explains the contradictions of all parameters, or None.
 
-    powers: exponent of the factor for each parameter. For every parameter, factor^exponent times a
-    value within the range in bench.yaml lies within the identified interval.
+    powers: exponent for each parameter. For every parameter, factor^exponent times a value in the
+    range of bench.yaml lies in the identified interval.
     """
     low, high, logarithm = 0.0, math.inf, 0.0
     for name, power in powers.items():

@@ -139,10 +139,11 @@ def fitted_lag(
 
 
 def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Estimate | None:
-    """Return the lag or delay [s] by which the position follows the effort in `fit`, or None.
+    """Return the time [s] by which the position follows the effort in `fit`, or None.
 
-    The result is None if `fit` contains no such lag, or if the lag may be shorter than the time
-    between the readings of effort and position in one row of the log.
+    The time is that of a delay or lag in `fit`. The result is None if `fit` contains neither, or if
+    the time may be shorter than the time between the readings of effort and position in one row of
+    the log.
     """
     late = None if fit is None else fit.effects.get(DELAY)
     if late is None or may_be_read_apart(-late.high, records):

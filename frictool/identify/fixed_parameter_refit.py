@@ -52,7 +52,7 @@ def refit(
     fit: SlidingFit,
     fixed: Mapping[str, Interval],
 ) -> SlidingFit:
-    """Fit again the parameters that are not in `fixed`, with the method and load terms of `fit`.
+    """Repeat the fit of the parameters that are not in `fixed`, with the method and loads of `fit`.
 
     The values in `fixed` are not changed. A parameter that `auto` set to 0 stays 0. An inertia that
     `auto` took from another method is kept. Raises UnusableLogs if the method cannot use the

@@ -125,7 +125,7 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
 def held_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> HeldEffort | None:
-    """Return the hold time of a record's effort, and the effect of the hold on the parameters.
+    """Return how long a record's effort is constant, and how this changes the parameters.
 
     Return None if the effort is not constant between updates (`hold_of`), or if the record does not
     determine the effect.

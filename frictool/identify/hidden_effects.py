@@ -31,7 +31,7 @@ LASTING = 2  # distance of the compared residuals, in smoothing windows
 
 
 def hidden_effects(regression: EffectRegression, bench: Bench) -> list[AcceptedEffects]:
-    """Return the shifts of the parameters if one effect at a time is added to the fit.
+    """Return the shifts of the parameters by two effects that the fit may lack, one at a time.
 
     The tried effects are a spring, and a viscous friction that differs between the directions. An
     effect is left out if the model includes it, or if the rows do not determine it. The spring is
@@ -51,7 +51,7 @@ def hidden_effects(regression: EffectRegression, bench: Bench) -> list[AcceptedE
 def _shift(
     regression: EffectRegression, effect: Hypothesis, lasting: float
 ) -> AcceptedEffects | None:
-    """Return the shift of the parameters by an effect, with the prior rms effort `lasting`.
+    """Return the shift of the parameters by an effect that has the prior rms effort `lasting`.
 
     The result is None if the rows do not determine the effect.
     """

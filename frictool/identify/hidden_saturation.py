@@ -260,6 +260,6 @@ def _certain(gain: Vector) -> bool:
 
 
 def _less(one: Vector, other: Vector, stroke: IntVector) -> bool:
-    """Return whether sum(one) < sum(other), even without the stroke that supports this most."""
+    """Return whether sum(one) < sum(other), even without the stroke that favours this most."""
     gain = np.bincount(stroke, other - one)
     return bool(gain.sum() > max(gain.max(), 0.0))

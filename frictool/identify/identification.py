@@ -88,12 +88,12 @@ class Identification(Outcome):
     - doubts: warnings that the interval of an identified parameter may not contain the true value,
       by parameter
     - notes: texts on effects that the model lacks, but that the intervals include
-    - over_rate: breakaway as a function of the rate at which the effort of a ramp rises; None
+    - over_rate: breakaway as a function of the ramp's rate (rise of the effort per second); None
       without a table of breakaways
     - logged: range of the positions of the sliding logs, rad | m; None without a sliding fit, or
       without a measured position
-    - kink: kink (abrupt change) of the load; the model is valid on one side of it only. None
-      without a kink
+    - kink: kink (abrupt change) of the load, on one side of which the model is valid; None without
+      a kink
     """
 
     method: str
@@ -138,10 +138,10 @@ class Identification(Outcome):
 class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
-    The message states the most frequent reason. If there are other reasons, the message also names
-    the parameters with the most frequent reason, and states the number of parameters with other
-    reasons. `exit_code` is 1 if no fit was possible, and 4 if a fit gave neither inertia nor
-    friction or if position and drive have opposite signs.
+    The message states the most frequent reason. If there are several reasons, the message also
+    names the parameters that have this reason, and the number of the other parameters. `exit_code`
+    is 1 if no fit was possible, and 4 if a fit gave neither inertia nor friction or if position and
+    drive have opposite signs.
     """
 
     def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:
@@ -156,7 +156,7 @@ class NothingIdentified(UnusableLogs):
 
     @property
     def reasons(self) -> dict[str, list[str]]:
-        """Return the names of the refused parameters for each reason.
+        """Return a mapping from each reason to the names of the parameters refused for it.
 
         A missing log is a reason only if there is no other reason.
         """
@@ -184,8 +184,8 @@ def identify_records(
 ) -> Identification:
     """Identify the axis of `bench` from records of sliding motion and of breakaway ramps.
 
-    The kind of each record in `records`, sliding motion or ramps, is detected; each record in
-    `ramps` is taken as ramps.
+    For each record in `records`, the kind is detected: sliding motion or ramps. The records in
+    `ramps` are ramps.
 
     Raises
     ------
@@ -242,7 +242,7 @@ class _Estimate(NamedTuple):
     """Estimate of all parameters.
 
     - logs: logs of the axis; the records of ramps state the effort of the fitted load
-    - free: fit of the sliding logs, without fixing any parameter at its bench value
+    - free: fit of the sliding logs in which no parameter is fixed at its value in the bench
     - wider: fit of `outcome`, with intervals widened for disturbing effects that the model lacks
     """
 
@@ -315,10 +315,10 @@ def _estimate(logs: AxisLogs) -> _Estimate:
 
 
 def _with_lag(estimate: _Estimate, first: SlidingFit, lag: Interval) -> _Estimate:
-    """Return the estimate with the lag among the effects of its fit.
+    """Return the estimate with the fitted `lag` as an effect, and with a warning of this lag.
 
-    The explanation of the delay is taken from the fit `first`. The estimate contains a warning that
-    the model lacks the lag.
+    The warning says that the model lacks the lag. `first` is the fit before the lag was fitted; its
+    explanation of the delay is kept.
     """
     fit = estimate.outcome.fit
     if fit is None:
@@ -340,7 +340,7 @@ def _with_lag(estimate: _Estimate, first: SlidingFit, lag: Interval) -> _Estimat
 
 
 def _with_total_load(logs: AxisLogs, outcome: Outcome) -> Outcome:
-    """Return the outcome; its load states the interval of the total load if this is known.
+    """Return the outcome with the interval of the total load, if it is known, in its load law.
 
     The interval is unknown if the drive was off, or if a kink of the load separates the samples of
     the fit from a part of the travel.

@@ -75,7 +75,7 @@ def _factor(interval: Interval) -> str:
 
 
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
-    """Return the interval of a friction parameter; a negative value is replaced by 0.
+    """Return the interval of a friction parameter with a negative value replaced by 0.
 
     The interval is unchanged if its value is not negative, if it lies wholly below 0, or if it
     overlaps the interval in bench.yaml.
@@ -133,9 +133,9 @@ def contradicts(interval: Interval, known: Quantity | None) -> bool:
 
 
 def outside(interval: Interval, known: Quantity | None) -> str:
-    """Return text for a message if the interval in bench.yaml does not overlap `interval`, else "".
+    """Return a text for a message if the intervals in bench.yaml and `interval` do not overlap.
 
-    The text is also empty if `interval` is wholly negative.
+    The text is "" if they overlap, or if `interval` is wholly negative.
     """
     if known is None or interval.high < 0.0 or not contradicts(interval, known):
         return ""

@@ -129,7 +129,7 @@ class LoadKink:
         return np.asarray(beyond > self.margin)
 
     def one_side(self, record: MotionRecord) -> MotionRecord | None:
-        """Return the part of the record on the side of most samples; None without motion."""
+        """Return the part of the record on the side with most samples; None if it has no motion."""
         part = record.inside(self.on_side(record.position))
         return part if part is not None and stroke_samples(part) > 0.0 else None
 
@@ -197,12 +197,15 @@ class _KinkSearch:
 
     @cached_property
     def half(self) -> NDArray[np.int64]:
-        """Return the half of the strokes, 0 or 1, to which each stroke belongs, (s,)."""
+        """Return 0 or 1 for each stroke (s,): the half of the strokes to which it belongs."""
         return halved(np.arange(self.forward.size))
 
     @cached_property
     def predicted(self) -> Vector | None:
-        """Return the squared prediction error of each stroke without a kink, (s,), or None."""
+        """Return the squared prediction error of each stroke by fits without a kink, (s,).
+
+        The result is None if one half of the strokes does not determine the fit.
+        """
         return self.reduced_rows({}).squares([])
 
     @cached_property
@@ -264,7 +267,7 @@ class _KinkSearch:
         return knots[int(np.argmax(slope[:, None, :] @ value))]
 
     def knot(self, rows: NDArray[np.bool_], knots: Sequence[float]) -> float:
-        """Return the best position (`best`) on a finer grid around the best position in `knots`."""
+        """Return the best position (`best`) on a fine grid around the best position in `knots`."""
         first = self.best(rows, knots)
         finer = first + self.step * np.linspace(-1.0, 1.0, 2 * FINER + 1)
         return self.best(rows, finer.tolist())
@@ -328,7 +331,7 @@ class _KinkSearch:
         return LoadKink(knot, margin, *change, self.above(knot), share)
 
     def _change(self, rows: ReducedRows, knot: float) -> tuple[float, float, float] | None:
-        """Return (jump, bend, rise) if it is large and similar in both directions, else None."""
+        """Return (jump, bend, rise) if all are large and similar in both directions, else None."""
         both = _intervals(rows, self.shape, self.confidence)
         least = LEAST_CHANGE * abs(both["coulomb"].value)
         if self.shape is CONTACT:
@@ -430,7 +433,7 @@ def _best_kink(
 
 
 def _disturbing(columns: Mapping[str, Vector]) -> dict[str, Vector]:
-    """Return the columns of effects that are no loads over the position."""
+    """Return the columns of the effects, such as a delay, that are no loads over the position."""
     names = {*effect_names(), *TERMS[DIRECTION]}
     return {name: one for name, one in columns.items() if name in names}
 

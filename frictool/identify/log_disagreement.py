@@ -77,7 +77,7 @@ def pooling_warnings(
 
 
 def _comparable(fit: SlidingFit) -> dict[str, Interval]:
-    """Return the parameters of a fit without an inertia that the noise of the encoder decreases.
+    """Return the parameters of a fit; an inertia that encoder noise decreases is left out.
 
     The decrease differs from log to log, and the intervals of the fit do not include it.
     """

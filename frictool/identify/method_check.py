@@ -117,7 +117,7 @@ def _scores(
     settings: IdentificationSettings,
     fit: SlidingFit,
 ) -> tuple[tuple[PredictionScore, PredictionScore] | None, str]:
-    """Return the scores of the fit's method and of least squares, and a name of the scored data.
+    """Return the scores of the fit's method and of least squares, and the name of the scored data.
 
     The scores are None if one of the two methods refuses the data.
     """

@@ -84,7 +84,7 @@ def tried_methods(
 
 
 def _of_the_log(error: FrictoolError) -> bool:
-    """Return True if the reason concerns the whole log, or is the same for all parameters."""
+    """Return True if `error` concerns the whole log, or has the same reason for all parameters."""
     return not isinstance(error, NothingIdentified) or len(set(error.result.refused.values())) == 1
 
 

@@ -32,7 +32,7 @@ class IdentificationMethod:
     - velocity: True if the method can use a log with a measured velocity and no position
     - load: True if the method fits the load terms of the bench
     - known_inertia: True if the method uses the inertia of the bench and does not estimate it
-    - whole_curve: True if the method fits a curve of friction over speed, and no inertia. The
+    - whole_curve: True if the method fits a curve of friction over speed, but no inertia. The
       parameters of the curve are identified or refused together, never fixed, and not compared with
       the method REFERENCE.
     - differentiates: True if the method uses differences of samples without a filter. Such a method
@@ -84,7 +84,7 @@ class IdentificationMethod:
         return run(self.name, records, declared, settings)
 
     def why_not(self, records: list[MotionRecord], bench: Bench | None = None) -> str | None:
-        """Return why the records are not from the test that the method needs, else None.
+        """Return why the records do not come from the test that the method needs, else None.
 
         Conditions on the bench are checked only if `bench` is provided.
         """

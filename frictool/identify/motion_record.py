@@ -162,7 +162,7 @@ class MotionRecord:
 
     @property
     def effort_lag(self) -> float:
-        """Return the time constant [s] with which `effort` moves between samples, 0 if held."""
+        """Return the time constant [s] with which `effort` moves between samples; 0 if held."""
         return self.lag + self.sensor_lag
 
     @property
@@ -207,7 +207,10 @@ class MotionRecord:
 def once_per_record(
     function: Callable[Concatenate[MotionRecord, P], R],
 ) -> Callable[Concatenate[MotionRecord, P], R]:
-    """Return the function with a cache; a result is kept as long as the record exists."""
+    """Return `function` with a cache of its results for each record.
+
+    A result is kept as long as the record exists.
+    """
     kept: WeakKeyDictionary[MotionRecord, dict[tuple[object, ...], R]] = WeakKeyDictionary()
 
     @functools.wraps(function)
@@ -230,7 +233,7 @@ def make_record(
     lag: float,
     reference: Vector | None = None,
 ) -> MotionRecord:
-    """Return a record of SI arrays (n,); samples that are not finite are dropped.
+    """Return a record of signals (n,) in SI units, without samples that are not finite.
 
     Raises
     ------
@@ -355,7 +358,7 @@ def velocity_record(
     lag: float,
     reference: Vector | None = None,
 ) -> MotionRecord:
-    """Return a record of SI arrays (n,) with a measured velocity and no position.
+    """Return a record of signals (n,) in SI units, with a measured velocity and no position.
 
     Raises
     ------
@@ -409,7 +412,7 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
 
 
 def late_reading(period: float, lag: float) -> float:
-    """Return the probability that a current is read later than `lag` [s] after its update.
+    """Return the probability that a current is read more than `lag` [s] after its update.
 
     period: sample period, s.
     """
@@ -442,7 +445,7 @@ def lagged(record: MotionRecord, lag: float) -> MotionRecord:
 
 
 def sensed(record: MotionRecord, lag: float) -> MotionRecord:
-    """Return the record with its effort filtered by a further lag `lag` [s] of the position sensor.
+    """Return the record with its effort also filtered by the lag `lag` [s] of the position sensor.
 
     Between two samples, the effort is constant, or moves exponentially with the time constant
     `effort_lag`. The filter is exact in both cases. The effort is assumed to be constant before the
@@ -475,12 +478,12 @@ def delayed(record: MotionRecord, delay: float) -> MotionRecord:
 
 
 def fitted_sensor_lag(record: MotionRecord, bench: Bench) -> float:
-    """Return the lag [s] of the position sensor that was fitted to logs; 0 if there is none."""
+    """Return the lag [s] of the position sensor that was fitted to logs; 0 if none was fitted."""
     return record.sensor_lag if bench.encoder.time_constant_s is None else 0.0
 
 
 def without_lag(record: MotionRecord, bench: Bench) -> MotionRecord:
-    """Return the record with the effort of a voltage drive before its lag, held between samples.
+    """Return the record of a voltage drive with the effort before the lag, held between samples.
 
     This reverses `lagged`. The effort that is held from the last sample of a gap-free part has no
     effect in the record; it is taken as equal to the preceding effort. The record is returned

@@ -148,7 +148,10 @@ def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Int
 
 
 def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) -> str:
-    """Return a message about opposite signs: names of the logs, evidence `shown`, and remedy."""
+    """Return a message about opposite signs, with logs, evidence `shown`, and remedy.
+
+    `shown` is the evidence.
+    """
     wrong = reversed_signal("effort", records[0].position, records[0].reference)
     return (
         f"{listed([Path(record.name).name for record in records])}: {OPPOSITE}: {shown}; "
@@ -159,7 +162,7 @@ def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) ->
 def _negative_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> str | None:
-    """Return a text with the negative inertia or friction of a record, or None."""
+    """Return a text that states the negative inertia or friction of a record; None without one."""
     try:
         samples, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
         if "coulomb" in parameters_of(samples)[1]:

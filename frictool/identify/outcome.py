@@ -33,9 +33,9 @@ class Outcome:
     - fit: fit of the sliding logs, or None
     - ramp: breakaway of the ramps, or None
     - laws: laws of friction and load in addition to the parameters, or None
-    - narrowed: intervals of some refused parameters in the model. Such an interval is the
-      intersection of the range in bench.yaml and the logs' interval, or the range in bench.yaml
-      with a value that fits the logs
+    - narrowed: intervals in the model for some refused parameters. Such an interval is the
+      intersection of the range in bench.yaml and the logs' interval, or it is the range in
+      bench.yaml with a value that fits the logs
     """
 
     identified: Mapping[str, Interval] = field(default_factory=dict)
@@ -85,7 +85,7 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return an outcome that identifies the `offered` parameters with informative intervals.
+    """Return an outcome with the `offered` parameters that have informative intervals.
 
     The other `offered` parameters are refused. If a refused interval narrows the range of the
     parameter in bench.yaml, the outcome contains the intersection of interval and range. `reasons`

@@ -96,7 +96,7 @@ class Population:
 
     @property
     def changing(self) -> list[str]:
-        """Return the units whose models differ: their test in `alone` rejects equal true values."""
+        """Return the units whose models differ: the test in `alone` rejects equal true values."""
         return [unit for unit, test in self.alone.items() if test.p < self.limit / len(self.alone)]
 
     @property
@@ -183,7 +183,10 @@ def _mean(values: Vector, s: Vector) -> float:
 
 
 def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
-    """Return the test of the scatter around the mean of each group (by default, one group)."""
+    """Return the test of the scatter around the mean of each group.
+
+    `group` contains the group number of each value; None for a single group.
+    """
     w = s**-2.0
     group = np.zeros(values.size, dtype=np.int64) if group is None else group
     q = 0.0

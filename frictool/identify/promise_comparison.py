@@ -1,10 +1,10 @@
 """Comparison of the identified half widths with the half widths in the test's `promise.yaml`.
 
 `promise.yaml` states for each parameter the half width to expect from a test of `frictool excite`.
-An identified half width can exceed it for three reasons: the log is too short; drive or position
-are too noisy; or the Cramér-Rao bound of the recorded strokes is too large. If these reasons do not
-explain the ratio of the half widths, the logs contain an effect that the simulations of the test
-lack, such as friction that varies with position (`shown_effects`).
+An identified half width can exceed the expected one for three reasons: the log is too short; drive
+or position are too noisy; or the Cramér-Rao bound of the recorded strokes is too large. If these
+reasons do not explain the ratio of the half widths, the logs contain an effect that the simulations
+of the test lack, such as friction that varies with position (`shown_effects`).
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ LONGEST_NAMES = 40  # most characters that a message uses for the names of loads
 
 
 def ramp_load(logs: AxisLogs, sliding: Outcome) -> OnsetLoad:
-    """Return the unknown part of the load in the ramps; `load` of each record is the known part."""
+    """Return the unknown part of the load in the ramps; the field `load` of a record is known."""
     bench = logs.bench
     load = None if sliding.laws is None else sliding.laws.load
     known = terms_of(sliding.laws)
@@ -60,7 +60,7 @@ def _units(term: str, bench: Bench) -> tuple[PositionLoad, ...]:
 
 
 def _largest(term: str, most: float, logs: AxisLogs) -> tuple[PositionLoad, ...]:
-    """Return possible loads of a term, one for each phase; the effort of each reaches `most`."""
+    """Return possible loads of a term, one for each phase, each with the largest effort `most`."""
     units = _units(term, logs.bench)
     efforts = load_efforts(units, _travel(term, logs))
     factors = most * unit_loads(list(efforts.T))

@@ -61,7 +61,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
 
 
 def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
-    """Return True if `warning` is about position jumps, and `implausible` warns of them, too."""
+    """Return True if `warning` is about position jumps of which `implausible` also warns."""
     return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 
 

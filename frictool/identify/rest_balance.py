@@ -114,7 +114,7 @@ def held_rest_warnings(model: Model, records: Sequence[MotionRecord]) -> list[st
 
 
 def _breakaway(model: Model, record: MotionRecord, index: Vector) -> Vector:
-    """Return the upper end of the breakaway at samples `index` (m,), N m | N, (m,)."""
+    """Return the upper end of the breakaway's interval at samples `index` (m,), N m | N, (m,)."""
     levels = [model.parameters.breakaway, model.parameters.coulomb]
     laws = model.laws
     if laws is not None and laws.backward is not None:

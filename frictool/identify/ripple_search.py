@@ -34,7 +34,7 @@ class MissingRipple(NamedTuple):
 def missing_ripples(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> tuple[MissingRipple, ...]:
-    """Return significant ripples in the residual of a fit, at most one for each window length."""
+    """Return the significant ripples in the residual of a fit, at most one per window length."""
     if fit.load is None:
         explained = bench_with_terms(bench, terms_of(fit.laws))
     else:

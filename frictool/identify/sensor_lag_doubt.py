@@ -27,7 +27,7 @@ def sensor_lag_doubts(
     regression: EffectRegression,
     wide: Mapping[str, Interval],
 ) -> list[tuple[str, str]]:
-    """Return [("inertia", warning)] if a sensor lag moves the inertia out of its interval, or [].
+    """Return [("inertia", warning)] if the inertia may leave its interval by a sensor lag, or [].
 
     `wide` contains the interval of the inertia. The warning is for the longest lag that is at most
     LONGEST and within the interval of the delay that the regression fits. There is no warning if

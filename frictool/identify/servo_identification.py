@@ -223,7 +223,7 @@ def _solution(simulated: ServoSimulation, fit: SimulationFit) -> LeastSquaresSol
 
 
 def _rounding(simulated: ServoSimulation, fit: SimulationFit) -> Vector:
-    """Return the standard deviation (p,) of the parameters due to errors common to a whole log.
+    """Return the standard deviation (p,) of the parameters due to errors that last for a whole log.
 
     The position that the firmware rounds is wrong by up to half an encoder count, and the clock of
     the firmware is shifted by up to half a period against the log. Both errors are uniformly

@@ -57,7 +57,7 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 
 
 def _advice(logs: AxisLogs, fit: SlidingFit, error: float) -> str:
-    """Return what to do if `fit` does not explain the effort; `error` is its force error."""
+    """Return advice for a `fit` that does not explain the effort; `error` is its force error."""
     if error > OTHER_UNIT and not fit.parameters.keys() >= set(SLIDING):
         return (
             "the effort is far too small for the bench's values; check the unit in "
@@ -73,7 +73,7 @@ def _advice(logs: AxisLogs, fit: SlidingFit, error: float) -> str:
 
 
 def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
-    """Return the accepted parameters, and the final fit with widened intervals.
+    """Return the accepted parameters of `fit`, and the final fit with widened intervals.
 
     The final fit is a second fit, in which the refused parameters have their values in the model
     (`fixed_parameter_refit.py`). If the second fit does not explain the effort, or refuses a
@@ -157,7 +157,7 @@ def with_force_error(
 
 
 def unexplained(logs: AxisLogs, fit: SlidingFit, from_logs: Mapping[str, Interval]) -> float | None:
-    """Return the force error if no values in the bench's ranges explain the effort, else None.
+    """Return the force error if no values within the bench's ranges explain the effort, else None.
 
     The parameters `from_logs` have the values of the logs. Each other parameter has the value
     within its range in bench.yaml that minimises the force error. Return None if the drive was off.

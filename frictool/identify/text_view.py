@@ -212,7 +212,7 @@ def dropped_lines(dropped: Sequence[str]) -> list[str]:
 
 
 def explanation_place(one: Explanation) -> str:
-    """Return as text where a part of the effort is: in the model, removed, or in the residual."""
+    """Return text that says whether a part of the effort is modelled, removed or unexplained."""
     if one.state == "left":
         return "left in the residual"
     return (

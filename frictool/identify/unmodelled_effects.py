@@ -109,8 +109,8 @@ class WidenedFit:
       if the effects hardly improve the prediction
     - ratios: for each parameter whose interval becomes much wider, the width after the widening
       divided by the width before
-    - beyond: (name of an effect, parameters that the effect moves out of their intervals if its
-      effort is as large as fitted); None if there is no such effect
+    - beyond: pair of the name of an effect and the parameters that the effect, with its fitted
+      effort, moves out of their intervals; None if there is no such effect
     - cautions: pairs of a parameter's name and a warning about this parameter
     - spring: factor by which a possible spring (`hidden_effects.py`) widens the interval of the
       inertia
@@ -165,7 +165,7 @@ class WidenedFit:
 def widened(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> WidenedFit:
-    """Return the fit; its intervals of the sliding parameters include unmodelled effects."""
+    """Widen the intervals of the sliding parameters in a fit for unmodelled effects."""
     regression = effect_regression(fit, records, bench, confidence)
     if regression is None:
         return WidenedFit(fit)
@@ -239,7 +239,7 @@ def _growth(before: Interval | None, after: Interval | None) -> float:
 def _beyond(
     intervals: Mapping[str, Interval], bench: Bench, effects: Sequence[AcceptedEffects]
 ) -> tuple[str, Sequence[str]] | None:
-    """Return the first effect whose effort, as fitted, moves parameters out of their intervals.
+    """Return the first effect whose fitted effort moves parameters out of their intervals.
 
     The result is the name of the effect, and the names of these parameters. No effect moves a
     parameter beyond the interval in bench.yaml.
@@ -311,11 +311,11 @@ def _of_resonance(
     confidence: float,
     smoother: EffectRegression | None,
 ) -> list[AcceptedEffects]:
-    """Return the change of the inertia by a resonance that longer windows show.
+    """Return the change of the inertia due to a resonance that longer smoothing windows show.
 
-    `smoother` is the regression over windows of twice the length. If it shows a resonance, windows
-    of four times the length give the inertia, because noise of the encoder disturbs longer windows
-    less.
+    `smoother` is the regression over windows of twice the length. If this regression shows a
+    resonance, the inertia comes from windows of four times the length, because noise of the encoder
+    disturbs longer windows less.
     """
     fitted = fit.parameters.get("inertia")
     seen = None if smoother is None else smoother.resonant_inertia()
@@ -330,7 +330,7 @@ def _of_resonance(
 def _of_noise(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> list[AcceptedEffects]:
-    """Return the change of the inertia by windows twice as long, without the part due to chance."""
+    """Return the change of the inertia by windows twice as long, minus the part due to chance."""
     fitted = fit.parameters.get("inertia")
     smoother = effect_regression(fit, records, bench, confidence, SMOOTHER, hides=False)
     after = None if smoother is None else smoother.intervals().get("inertia")
@@ -340,7 +340,7 @@ def _of_noise(
 
 
 def _of_attenuation(fit: SlidingFit) -> list[AcceptedEffects]:
-    """Return the increase of the inertia without noise of the acceleration.
+    """Return the shift of the inertia that removes the effect of noise of the acceleration.
 
     White noise decreases the fitted inertia by the fraction q = `fit.attenuation`, which is the
     variance of the noise divided by the variance of the acceleration. A controller that follows the
@@ -371,11 +371,11 @@ def _of_rivals(
     bench: Bench,
     regression: EffectRegression,
 ) -> list[AcceptedEffects]:
-    """Return the shifts to fits with explanations that predict the strokes equally well.
+    """Return the shifts of the parameters to fits with equally good explanations of the effort.
 
-    If the model includes one of these explanations, the others replace it in turn. If all are left
-    in the residual, each is added to the model in turn. Ripples and an eccentric encoder are not
-    tried.
+    Equally good explanations predict the strokes equally well. If the model includes one of them,
+    the others replace it in turn. If all are left in the residual, each is added to the model in
+    turn. Ripples and an eccentric encoder are not tried.
     """
     out = []
     for one in fit.explanations:
@@ -401,7 +401,7 @@ def _of_delay(
     plain: EffectRegression,
     model: EffectRegression,
 ) -> list[AcceptedEffects]:
-    """Return the shifts to fits with an exact delay or lag in place of a first-order delay.
+    """Return the shifts of the parameters if an exact delay or lag replaces a first-order delay.
 
     `plain` is the regression of the fit. `model` is the regression with a delay to first order. The
     result is empty if `model` has no delay. A lag is tried only if the effort acts later than it is
@@ -449,7 +449,7 @@ def _of_timing(
 def _of_reading(
     bench: Bench, period: float, plain: EffectRegression, slopes: Mapping[str, float]
 ) -> AcceptedEffects | None:
-    """Return the uncertainty of the parameters due to the unknown time at which a current is read.
+    """Return the uncertainty of the parameters due to the unknown time of reading a current.
 
     `period` is in s; `slopes` are as in `EffectRegression.timing`. The result is None for a drive
     without a lag, for a voltage, which is logged before the lag, and if the model contains a delay.
@@ -480,7 +480,7 @@ def _of_reading(
 def _of_fitted_lag(
     records: Sequence[MotionRecord], bench: Bench, regression: EffectRegression
 ) -> list[AcceptedEffects]:
-    """Return the shifts of the parameters by the uncertainty of a fitted lag.
+    """Return the possible shifts of the parameters because a fitted lag is uncertain.
 
     A second shift is added: the change of the inertia if the lag and the time constant
     inertia/viscous are exchanged. The result is empty if no lag was fitted, or if the model

@@ -59,9 +59,8 @@ class WindingDelay:
       viscous friction; the interval does not extend below 0
     - measured: increase by the measured winding, at most `possible`; None if it was not measured
     - lag: electrical time constant L/R of the measured winding, s; 0 if it was not measured
-    - undecided: predicate of a sentence that says why the logged current does not determine the
-      increase; empty if the current was not logged, or if the logged current determines the
-      increase
+    - undecided: reason why the logged current does not determine the increase, as the predicate of
+      a sentence; empty if no current was logged, or if the logged current determines the increase
     """
 
     possible: Interval
@@ -89,7 +88,7 @@ class WindingDelay:
         return Interval(value, value - below, value + above)
 
     def warning(self, inertia: Interval, bench: Bench) -> str:
-        """Return a warning of the delay; `inertia` is the final interval of the inertia."""
+        """Return a warning about the delay; `inertia` is the final interval of the inertia."""
         unit = si_unit("inertia", bench.axis)
         if self.measured is not None:
             return (
@@ -229,7 +228,7 @@ def lag_doubts(
     regression: EffectRegression,
     wide: Mapping[str, Interval],
 ) -> list[tuple[str, str]]:
-    """Return [(parameter, warning)] if an unknown lag of a winding can change the parameter, or [].
+    """Return [(parameter, warning)] for parameters that an unknown lag of a winding can change.
 
     The lag is assumed to exceed the delay of the model (0 without a delay) by at most one sample
     period. There is no warning if one period of lag moves each parameter by less than the half

@@ -48,7 +48,7 @@ class ParameterAssessment:
     - target: the smaller of `wanted` and `known`
     - least: precision at the Cramér-Rao bound of the proposed test; None for breakaway and
       presliding
-    - doubled: precision with an encoder of twice the resolution; None if it cannot be computed
+    - doubled: precision with an encoder of twice the resolution; None if not computable
     - step: largest encoder step [rad | m] with which the parameter is identifiable; None if even a
       step of FINEST times the bench's step is too large
     - counts: counts per revolution of an encoder with this step; None for a linear axis
@@ -72,7 +72,7 @@ class Assessment(ResultView):
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the a-priori interval of the effort constant
     - drive: shortest times in which the drive can complete 95 % of a position step, for the slowest
-      and the fastest plant in the a-priori intervals; None if the step is unknown
+      and the fastest plant in the a-priori intervals; None if the length of the step is unknown
     """
 
     bench: Bench
@@ -141,7 +141,7 @@ def _row(
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
-    """Return the largest encoder step, at most the bench's step, with the precision `target`.
+    """Return the largest encoder step that gives the precision `target`, at most the bench's step.
 
     Return None if even a step of FINEST times the bench's step does not give this precision.
     """
@@ -162,7 +162,10 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the assessments of those parameters `counted` that are above 0 but unidentifiable."""
+    """Return the assessments of the parameters in `counted` that are not identifiable.
+
+    A parameter with the value 0 is left out.
+    """
     return [
         row
         for row in assessment.rows

@@ -31,10 +31,10 @@ class AssessmentInputs:
     - inertia: lower end, value and upper end of the a-priori interval, kg m^2 | kg
     - breakaway: expected breakaway, N m | N
     - rate: slope of the proposed ramps, N m/s | N/s
-    - onsets: number of breakaways in the proposed ramps
+    - onsets: number of breakaways in the proposed ramps (slow rises of the drive)
     - presliding: expected presliding distance, rad | m
 
-    If the inputs describe recorded motion, breakaway, rate, onsets and presliding are 0.
+    For recorded motion, the last four fields (breakaway to presliding) are 0.
     """
 
     axis: PriorAxis
@@ -133,7 +133,7 @@ def time_constants(bench: Bench) -> tuple[float, float]:
 
 
 def known_widths(bench: Bench) -> dict[str, float]:
-    """Return the relative half width of the a-priori interval of each parameter that has one."""
+    """Return the relative half widths of the a-priori intervals, by the name of the parameter."""
     names = ("inertia", "viscous", "coulomb", "breakaway")
     return {
         name: width for name in names if (width := _width(getattr(bench.mechanics, name))) > 0.0

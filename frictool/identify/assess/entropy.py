@@ -33,7 +33,7 @@ class SensorEntropy(NamedTuple):
 
 
 def metric_entropy(measures: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
-    """Return the entropy -sum mu ln mu [nats] of cells with the relative sizes mu, (n,)."""
+    """Return the entropy -sum(p ln p) [nats] of cells with relative sizes p = `measures`, (n,)."""
     occupied = measures[measures > 0.0]
     return float(-(occupied * np.log(occupied)).sum())
 

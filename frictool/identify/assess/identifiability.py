@@ -44,7 +44,7 @@ LOOPS = "slow effort up and down below the breakaway"
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Verdict on one parameter; precisions are relative to the a-priori value.
+    """Verdict: can a bench identify one parameter? Precisions are relative to the a-priori value.
 
     - identifiable: True if the expected precision meets the target
     - precision: half width of the expected 95 % interval; None if it cannot be computed
@@ -65,7 +65,7 @@ class Identifiability:
 
 
 def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifiability:
-    """Return the verdict on identifying a parameter to the relative half width `wanted`.
+    """Return whether a parameter is identifiable to the relative half width `wanted`, and how.
 
     `parameter` is inertia, viscous, coulomb, breakaway or presliding.
     """
@@ -98,7 +98,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return text that says why least squares on differences of samples are too imprecise."""
+    """Return why least squares on differences of samples are too imprecise, as text."""
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:
@@ -143,7 +143,7 @@ def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
 
 
 def statistical(facts: AssessmentInputs) -> dict[str, float]:
-    """Return each parameter's relative 95 % half width by least squares over smoothing windows."""
+    """Return the relative 95 % half width that the weak form is expected to give each parameter."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[0]
 
 

@@ -24,7 +24,7 @@ def noise_ratio(time_constant: float, period: float) -> float:
 
 
 def filter_for(ratio: float, period: float) -> float:
-    """Return the time constant [s] of the low-pass that passes the fraction `ratio` of noise power.
+    """Return the time constant [s] of the low-pass that leaves the fraction `ratio` of noise power.
 
     Raises ValueError unless 0 < ratio < 1.
     """

@@ -72,7 +72,10 @@ def _strokes(record: MotionRecord) -> Vector:
 
 
 def _representatives(strokes: Vector) -> tuple[PlannedStroke, ...]:
-    """Return at most MOST strokes that represent the m rows (duration, distance) of `strokes`."""
+    """Return at most MOST of the m rows (duration, distance) of `strokes`.
+
+    The rows are evenly spaced in the order of their durations.
+    """
     order = strokes[np.argsort(strokes[:, 0], kind="stable")]
     count = min(MOST, order.shape[0])
     chosen = order[((np.arange(count) + 0.5) * order.shape[0] / count).astype(np.int64)]

@@ -107,7 +107,7 @@ def _deviation(
 
 
 def _gram(rows: Vector, kernel: Vector) -> Vector:
-    """Return the covariance (p, p) of rows^T n; n is white noise of rms 1 filtered by `kernel`."""
+    """Return the covariance (p, p) of rows^T n, for white noise n of rms 1 filtered by `kernel`."""
     # numpy's transform, because the import of scipy.signal or scipy.fft takes longer
     count = rows.shape[0] + kernel.size - 1
     length = 1 << (count - 1).bit_length()

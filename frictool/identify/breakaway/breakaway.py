@@ -85,21 +85,22 @@ class Breakaway:
     - interval: mean breakaway, N m | N; if `rising` is not None, the breakaway after a long rest
     - forward, backward: mean |effort| at the onsets of each direction, N m | N; NaN without onsets
     - onsets: number of onsets
-    - delay: mean effort that was subtracted because the encoder shows the motion late, N m | N
+    - delay: mean rise of the effort until the encoder shows the motion, which was subtracted, N m |
+      N
     - position: position of each onset, (n,), rad | m
     - direction: direction of each onset, (n,), +1 or -1
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: range of the Stribeck velocity with which friction falls after an onset; `interval`
+    - fall: range of Stribeck velocities with which friction may fall after an onset; `interval`
       includes the effect of this range
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
-    - load_slope: slope of a load [N m/rad | N/m] that explains the onsets no worse than
-      `by_position` does (`unknown_load.load_slope`), or None
+    - load_slope: slope [N m/rad | N/m] of a load that explains the onsets as well as `by_position`
+      does (`unknown_load.load_slope`); None if there is no such load
     - load: unknown part of the load; `interval` includes its effect
     - rejected: number of detected motions that were left out because they are no breakaway
     - after_reversals: number of onsets that were left out because they directly follow a reversal
       and need far less effort than later onsets in the same direction
-    - reversed_onsets: number of the `onsets` that directly follow a reversal
+    - reversed_onsets: number of onsets, among `onsets`, that directly follow a reversal
     """
 
     interval: Interval
@@ -143,9 +144,9 @@ def breakaway(
       Stribeck velocities that the onsets allow
     - load: unknown part of the load over position
 
-    If all ramps have the same direction, the offset is subtracted. Raises UnusableLogs if neither
-    direction has five onsets, if a load starts the axis against the drive, or if the ramps do not
-    separate an unknown load from the friction.
+    If all ramps have the same direction, the offset in `axis` is subtracted. Raises UnusableLogs if
+    neither direction has five onsets, if a load starts the axis against the drive, or if the ramps
+    do not separate an unknown load from the friction.
     """
     if not load.free:
         return _breakaway(records, bench, axis, confidence, stribeck, load)
@@ -261,10 +262,10 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
 
 
 def _wider(full: Interval, mean: Interval) -> Interval:
-    """Return the breakaway `full` after a long rest; each half width h becomes sqrt(h^2 + m^2).
+    """Return the breakaway `full` after a long rest, with an interval widened by that of `mean`.
 
-    m is the half width, on the same side, of the mean breakaway `mean`; m includes the uncertainty
-    of the axis parameters.
+    On each side, the half width h becomes sqrt(h^2 + m^2). m is the half width of the mean
+    breakaway `mean`, which includes the uncertainty of the axis parameters.
     """
     down = float(np.hypot(full.half_width, mean.value - mean.low))
     up = float(np.hypot(full.half_width, mean.high - mean.value))

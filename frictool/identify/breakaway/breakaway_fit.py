@@ -45,9 +45,10 @@ class BreakawayFit:
 
     @property
     def levels(self) -> list[Vector]:
-        """Return the weights (p,) of the fitted coefficients, for each direction with onsets.
+        """Return weights (p,) of the fitted coefficients for each direction with onsets.
 
-        The weighted sum of the coefficients is the mean breakaway of this direction.
+        The coefficients, multiplied by the weights of a direction and added, are its mean
+        breakaway.
         """
         structure = self.structure
         unit = np.eye(self.solution.value.size)
@@ -58,7 +59,10 @@ class BreakawayFit:
 
 
 def fit_breakaway(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit:
-    """Return the polynomials that the onsets support; `nominal` are the axis parameters in SI."""
+    """Return the polynomials whose orders the onsets support.
+
+    `nominal` contains the parameters of the axis in SI units.
+    """
     shape: Vector | None = None
     for _ in range(ROUNDS):
         friction = data.friction(nominal, shape)

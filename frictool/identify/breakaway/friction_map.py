@@ -99,7 +99,7 @@ def _fitted(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> tuple[SlidingFit, list[Interval]]:
-    """Return the fit of a friction proportional to the breakaway `law`, and each level's interval.
+    """Return the fit of a friction proportional to the breakaway `law`, and intervals of levels.
 
     A level is the mean friction in slip of one direction; the forward direction is first. If both
     directions have the same polynomial, there is one level.
@@ -157,7 +157,7 @@ def shape_at(position: Vector, direction: Vector, law: BreakawayOverPosition) ->
 
 
 def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -> Laws:
-    """Return the laws `sliding`, extended by the laws of the breakaway `ramp`."""
+    """Add the laws of the breakaway `ramp` to the laws `sliding`."""
     law = ramp.by_position
     laws = sliding or Laws()
     if ramp.rising is not None:

@@ -243,7 +243,7 @@ def least_misfit(
     excesses: Vector,
     tables: Tables,
 ) -> float:
-    """Return the onset time [s] with the smallest `misfit`, at most `span` s before time[0].
+    """Return the onset time [s] that minimises `misfit`; it is at most `span` s before time[0].
 
     `misfit` explains the other arguments.
     """
@@ -291,8 +291,8 @@ def onset_times(
 ) -> Matrix:
     """Return t0 [s], start [rad | m], misfit and status code of m onsets, (m, 4).
 
-    - times, seen: `time` and `seen` of each onset in the first columns, (m, n)
-    - counts: number of these columns, (m,)
+    - times, seen: `time` and `seen` of each onset in the first columns of a row, (m, n)
+    - counts: number of encoder changes of each onset, (m,)
     - ramps, axes: `ramp` and `axis` of each onset, (m, 2) and (m, 3)
     - span: length of the searched interval before the first change, (m,), s
     - velocity: Stribeck velocity, rad/s | m/s; 0 if friction drops immediately at the onset, inf if

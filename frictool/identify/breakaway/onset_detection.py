@@ -75,7 +75,8 @@ class BreakawayOnset:
     - position: middle of the encoder count in which the axis rested, rad | m
     - rested: time at rest before the onset, s
     - timing: weight of the expected rest position, defined in `onset.py`
-    - yields: True if the drive train yielded by a count or more during the rest
+    - yields: True if the encoder moved by a count or more during the rest, because the drive train
+      yielded
     - after_reversal: True if the motion before the rest had the other direction, or if the log has
       no motion before the rest
     """
@@ -108,7 +109,7 @@ def is_ramp(record: MotionRecord, bench: Bench) -> bool:
 
 
 def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
-    """Return why `is_ramp` rejects a log that rests most of the time; None without ramps."""
+    """Return why `is_ramp` rejects a log that contains ramps; None if there are hardly any."""
     record = _steady(record)
     rests = _rests(record, _heaviest(bench))
     if resting_time(rests) < REST_SHARE * record.position.size:
@@ -138,7 +139,7 @@ def why_unusable(record: MotionRecord, bench: Bench) -> str | None:
 
 @once_per_record
 def _steady(record: MotionRecord) -> MotionRecord:
-    """Return the record without flicker between two neighbouring counts."""
+    """Return the record without flicker of the position between two neighbouring encoder counts."""
     steady = without_flicker(record.position, record.resolution)
     return record if np.array_equal(steady, record.position) else replace(record, position=steady)
 
@@ -164,7 +165,7 @@ class _Heaviest(NamedTuple):
 
 
 def _heaviest(bench: Bench, axis: Mapping[str, Interval] | None = None) -> _Heaviest:
-    """Return the upper ends of the intervals in `axis`; if `axis` is None, those of the bench."""
+    """Return the upper ends of the intervals in `axis`, or of the bench if `axis` is None."""
     mechanics = bench.mechanics
     gap = 0.0 if mechanics.backlash is None else max(mechanics.backlash.interval)
     if axis is None:
@@ -173,9 +174,9 @@ def _heaviest(bench: Bench, axis: Mapping[str, Interval] | None = None) -> _Heav
 
 
 def _rests(record: MotionRecord, heaviest: _Heaviest) -> list[tuple[int, int]]:
-    """Return (start, stop) of each rest before a motion; the position changes at `stop`.
+    """Return (start, stop) of each rest before a motion: at sample `stop`, the position changes.
 
-    Counts by which the drive train yields do not end a rest.
+    A change of the position because the drive train yields does not end a rest.
     """
     moved = _count_changes(record)
     changes = [*(np.flatnonzero(moved) + 1).tolist(), record.position.size]
@@ -194,7 +195,7 @@ def _rests(record: MotionRecord, heaviest: _Heaviest) -> list[tuple[int, int]]:
 def _later(
     record: MotionRecord, heaviest: _Heaviest, start: int, changes: Sequence[int], k: int
 ) -> int:
-    """Return the index of the next change that may be the onset; `k` if change k may be the onset.
+    """Return the index, `k` or above, of the first encoder change that may be the onset of motion.
 
     Change k is no onset in two cases. In both, the effort after the change stays on the line fitted
     before the change:
@@ -233,7 +234,7 @@ def _later(
 
 
 def returning_share(record: MotionRecord, bench: Bench) -> float:
-    """Return the share of motions after which the axis moves back without the drive; 0 to 1.
+    """Return the fraction (0 to 1) of motions after which the axis moves back without the drive.
 
     Only a load that exceeds the breakaway moves the axis back to its rest position.
     """
@@ -254,7 +255,7 @@ def returning_share(record: MotionRecord, bench: Bench) -> float:
 
 
 def passages_of(record: MotionRecord, position: float) -> int:
-    """Return how often the axis moves past `position` [rad | m] by more than ADVANCED counts."""
+    """Return how often the axis passes `position` [rad | m] by more than ADVANCED counts."""
     beyond = (record.position - position) / (ADVANCED * record.resolution)
     sides = np.sign(beyond[np.abs(beyond) > 1.0])
     return int(np.count_nonzero(np.diff(sides)))
@@ -299,7 +300,7 @@ def _onsets(
 
 
 def _least_motion(record: MotionRecord, bench: Bench) -> float:
-    """Return the motion [rad | m] that closes the backlash after a reversal; 0 without backlash."""
+    """Return the motion [rad | m] that certainly closes the backlash after a reversal."""
     width = bench.mechanics.backlash
     return 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
 
@@ -309,8 +310,8 @@ def _onset(
 ) -> BreakawayOnset | None:
     """Return the breakaway after a rest with the samples [start, end).
 
-    The motion is examined up to the sample `until`. Return None if the effort is not a ramp or the
-    motion is too small.
+    The motion after the rest is examined up to the sample `until`. Return None if the effort is not
+    a ramp, or if the motion is too small.
     """
     line = _line(record, start, end)
     if line is None or line.direction != direction:
@@ -362,11 +363,11 @@ class _Line(NamedTuple):
 
     @property
     def tolerance(self) -> float:
-        """Return how far the effort may be below the line during the ramp, N m | N."""
+        """Return the largest allowed distance of the effort below the line, N m | N."""
         return LEFT_THE_RAMP * max(self.noise, RELATIVE_NOISE * self.rise)
 
     def left(self, record: MotionRecord, end: int, until: int) -> NDArray[np.bool_]:
-        """Return True for the samples from `end` to `until` with an effort below the line."""
+        """Return a mask of the samples `end` to `until`: True if the effort is below the line."""
         after = record.time[end:until] - record.time[end]
         expected = self.level + self.rate * after
         below = self.direction * record.effort[end:until] - expected
@@ -375,7 +376,7 @@ class _Line(NamedTuple):
 
 @once_per_record
 def _line(record: MotionRecord, start: int, end: int) -> _Line | None:
-    """Return the line that |effort| follows up to the sample `end`; None without a ramp."""
+    """Return the line that |effort| follows up to the sample `end`; None if there is no ramp."""
     first = _straight_from(record, start, end)
     if first is None:
         return None

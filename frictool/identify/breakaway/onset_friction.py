@@ -123,9 +123,9 @@ class OnsetTable:
     def _begins(
         self, sliding: _Sliding, start: float, fall: StribeckFall, which: IntVector
     ) -> Matrix:
-        """Return onset time [s], rest position [rad | m] and misfit (m, 3) of the onsets `which`.
+        """Return onset time [s], rest position [rad | m] and misfit of the onsets `which`, (m, 3).
 
-        Results are cached. A result that the log does not determine is NaN.
+        Earlier results come from the cache. A result that the log does not determine is NaN.
         """
         known = self._results.setdefault(
             (sliding.key, start, fall), np.full((self.level.size, 3), np.nan)
@@ -180,8 +180,8 @@ class OnsetData:
 
     - table: the onsets as arrays, with the encoder step
     - positions: positions and directions of the onsets
-    - offset: offset of the bench, N m | N. If all onsets have the same direction, or if the load
-      over position is known, `offset` is None, and the argument `axis` of the methods contains the
+    - offset: offset of the bench, N m | N. `offset` is None if all onsets have the same direction,
+      or if the load over position is known. The argument `axis` of the methods then contains the
       offset.
     - fall: assumed Stribeck curve after each onset
     - rejected: number of detected motions that were left out because they are no breakaway
@@ -203,7 +203,9 @@ class OnsetData:
         return any(onset.yields for onset in self.onsets)
 
     def later(self, fall: StribeckFall) -> OnsetData:
-        """Return the onsets without their first change, as if the drive train caused this change.
+        """Return the onsets without their first encoder change.
+
+        A drive train that yields just before the onset may cause this change.
 
         fall: assumed Stribeck curve after each onset
         """
@@ -218,10 +220,10 @@ class OnsetData:
         fall: StribeckFall,
         most: float = math.inf,
     ) -> float:
-        """Return the mean misfit (`OnsetTable.efforts`) of the onsets for a Stribeck curve.
+        """Return the misfit (`OnsetTable.efforts`) for a Stribeck curve, averaged over the onsets.
 
-        The onsets are evaluated in the order `order`. As soon as the mean is certain to exceed
-        `most`, the evaluation ends with the result inf.
+        The onsets are evaluated in the order `order`. The result is inf as soon as the average is
+        certain to exceed `most`.
         """
         squares: Vector = np.empty(order.size)
         partial_sum = 0.0
@@ -313,10 +315,10 @@ class OnsetData:
 def onset_data(
     records: list[MotionRecord], bench: Bench, axis: Mapping[str, Interval]
 ) -> OnsetData:
-    """Return the onsets of the records; a direction with fewer than FEWEST_ONSETS is left out.
+    """Return the onsets of the records, from each direction with at least FEWEST_ONSETS onsets.
 
-    Onsets far below Coulomb friction are left out, too (`_below_coulomb`), and onsets inside a
-    backlash after a reversal (`_inside_backlash`).
+    Two kinds of onsets are left out: onsets far below Coulomb friction (`_below_coulomb`), and
+    onsets inside a backlash after a reversal (`_inside_backlash`).
 
     axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
 
@@ -416,7 +418,9 @@ def _inside_backlash(onsets: Sequence[BreakawayOnset]) -> list[BreakawayOnset]:
 
 
 def lower_group(friction: Vector, position: Vector, resolution: float) -> NDArray[np.bool_]:
-    """Return True for onsets in the lower of two groups; all are False without two groups.
+    """Return a mask (n,): True for each onset in the lower of two groups of efforts.
+
+    If there are not two groups, all are False.
 
     The largest gap between the sorted efforts `friction` (n,) separates the groups. All efforts of
     the upper group must be more than APART times those of the lower group. The median position of

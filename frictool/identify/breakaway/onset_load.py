@@ -70,8 +70,8 @@ class OnsetLoad:
       of these unit loads times unknown factors
     - most: for each of these terms, loads with the largest effort `load.most`; empty if the bench
       does not state `load.most`
-    - errors: for each parameter of the known load, the changes of the load if the parameter is
-      at an end of its interval
+    - errors: for each parameter of the known load, the change of the load at either end of the
+      parameter's interval
     - possible: for each further load that may act, its possible forms, such as a ripple in PHASES
       phases
     - constant: True if every dependence on position is attributed to the load, so that the friction
@@ -88,7 +88,7 @@ class OnsetLoad:
 
     @property
     def bounded(self) -> OnsetLoad:
-        """Return a copy without `free`; the loads in `most` are added to `possible` instead."""
+        """Return a copy with the loads `most` among the `possible` loads, and no `free` loads."""
         return replace(self, free=(), possible=(*self.possible, *self.most), constant=True)
 
 
@@ -96,7 +96,7 @@ NO_LOAD = OnsetLoad()
 
 
 def joint_error(load: Load | None, offset: float) -> float | None:
-    """Return the error of the total load, N m | N; None unless this error is below `offset`.
+    """Return the error of the total load [N m | N] if it is below `offset`, else None.
 
     The total load is the sum of all loads and the offset.
 
@@ -108,7 +108,7 @@ def joint_error(load: Load | None, offset: float) -> float | None:
 
 
 def joint_errors(over: Span | None, error: float) -> tuple[tuple[PositionLoad, ...], ...]:
-    """Return errors of a total load: a constant, and a line over the positions `over`.
+    """Return two possible errors of a total load: a constant, and a line over the positions `over`.
 
     Each error has a largest effort of `error` [N m | N], with either sign. Without `over`, a sine
     and a cosine replace the line.
@@ -123,7 +123,7 @@ def joint_errors(over: Span | None, error: float) -> tuple[tuple[PositionLoad, .
 
 
 def load_errors(load: Load | None) -> tuple[tuple[PositionLoad, ...], ...]:
-    """Return the change of a load at each end of the interval of each load parameter."""
+    """Return, for each load parameter, the change of the load at either end of its interval."""
     if load is None:
         return ()
     parts: list[tuple[PositionLoad, Estimate]] = []
@@ -142,7 +142,7 @@ def load_errors(load: Load | None) -> tuple[tuple[PositionLoad, ...], ...]:
 
 
 def ripple_phases(number: float, amplitude: float) -> tuple[PositionLoad, ...]:
-    """Return the ripples with the wave number `number` [1/rad | 1/m] in PHASES phases.
+    """Return ripples with the wave number `number` [1/rad | 1/m], one for each of PHASES phases.
 
     amplitude: amplitude of the ripples, N m | N.
     """
@@ -152,7 +152,7 @@ def ripple_phases(number: float, amplitude: float) -> tuple[PositionLoad, ...]:
 
 
 def independent_loads(units: Sequence[PositionLoad], position: Vector) -> Matrix:
-    """Return factors (p, q) that turn p unit loads into q loads, uncorrelated at the onsets.
+    """Return factors (p, q) that combine p unit loads to q loads, uncorrelated at the onsets.
 
     Loads that hardly differ from an offset at the onsets are left out.
 

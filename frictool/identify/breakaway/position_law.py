@@ -95,7 +95,7 @@ class BreakawayPositions:
         )
 
     def power_weights(self, rows: Matrix) -> Matrix:
-        """Return the matrix (m, p) from fitted coefficients to coefficients of powers of position.
+        """Return the matrix (m, p) that turns fitted coefficients into coefficients of position^i.
 
         The p fitted coefficients are in the order of `design`. `rows` (m, p) selects the m Legendre
         coefficients of one polynomial. Row i of the result, times the fitted coefficients, is the
@@ -127,7 +127,7 @@ def fit_polynomials(
 
 
 def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector]:
-    """Split fitted coefficients: return coefficients of the forward and the backward polynomial.
+    """Split fitted coefficients into those of the forward and those of the backward polynomial.
 
     `value` contains all coefficients in the order of `design`. In each result, the lowest order is
     first; the result of a direction without data is empty.

@@ -54,7 +54,7 @@ class BreakawayAtRate:
 class BreakawayOverRate:
     """Breakaway as a function of the ramp's rate.
 
-    - rates: mean breakaway at each rate, in ascending order of the rate
+    - rates: mean breakaways, in ascending order of the rate
     - per_decade: increase of the breakaway per factor of ten in the rate, N m | N; None if the
       table has a single rate
     - interval: mean breakaway of all rates, and the range that contains the intervals of all rates
@@ -148,11 +148,11 @@ def breakaway_over_rate(table: RateTable, confidence: float) -> BreakawayOverRat
 def _rise(
     decades: Vector, mean: Vector, intervals: list[Interval], confidence: float
 ) -> Interval | None:
-    """Return the slope of the mean breakaways (k,) over the logarithms `decades` (k,) of the rates.
+    """Return the increase of the breakaway per decade of the rate, with its interval.
 
-    Two half widths of the slope are computed, from the intervals of the means and from the scatter
-    of the means around the line. The larger half width is used. The result is None for a single
-    rate.
+    `decades` (k,) are the logarithms to base 10 of the rates. A line is fitted to the mean
+    breakaways (k,). The half width of its slope is the larger of two values: one follows from the
+    intervals of the means, one from their scatter around the line. Return None for a single rate.
     """
     if decades.size < 2:
         return None

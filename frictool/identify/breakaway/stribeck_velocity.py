@@ -88,7 +88,7 @@ class StribeckVelocityRange:
 def allowed_fall(
     nominal: Misfit, ends: Sequence[Misfit], scale: float, confidence: float
 ) -> StribeckVelocityRange:
-    """Return the Stribeck curves that agree with the logged motion after breakaways.
+    """Return the range of Stribeck curves that agree with the logged motion after breakaways.
 
     Parameters
     ----------

@@ -77,7 +77,7 @@ def without_free_load(
 def onset_data_under(
     records: list[MotionRecord], bench: Bench, axis: Mapping[str, Interval], load: OnsetLoad
 ) -> OnsetData:
-    """Return the onsets, with the allowed polynomial orders and the loads that a fit includes."""
+    """Return the onsets, with the polynomial orders and the loads that `load` allows in a fit."""
     data = onset_data(records, bench, axis)
     if load.constant:
         return replace(data, positions=replace(data.positions, highest=0))

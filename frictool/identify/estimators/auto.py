@@ -184,9 +184,10 @@ def _at_inertia(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> SlidingFit:
-    """Return the other parameters of `fit`, fitted again with the inertia fixed at `inertia`.
+    """Fit the parameters of `fit` again, with the inertia fixed at `inertia`.
 
-    In `fit`, the encoder's noise makes the inertia too small, which shifts the other parameters.
+    The encoder's noise makes the inertia in `fit` too small, which shifts the other parameters. If
+    the new fit fails, `fit` is returned.
     """
     try:
         known = refit(records, bench, settings, fit, {"inertia": inertia})
@@ -219,7 +220,7 @@ def _of_runs(
     settings: IdentificationSettings,
     strokes: SlidingFit | None = None,
 ) -> SlidingFit:
-    """Return the Stribeck curve of the parts at constant speed, or the fit of whole strokes.
+    """Return a Stribeck curve fitted to the parts at constant speed, or the fit of whole strokes.
 
     `strokes` is the fit of whole strokes (`_of_strokes`), or None if this fit is still to be
     computed. The fit of whole strokes is returned if inertia, viscous friction and Coulomb friction
@@ -252,7 +253,7 @@ def _of_runs(
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
-    """Return the verdict on identifying a parameter: whether, how precisely, and by which method.
+    """Return whether, how precisely and by which method the logs can identify a parameter.
 
     The required relative half width is the smaller of WANTED and the relative half width in
     bench.yaml (1 if bench.yaml states no interval). If the logs cannot reach this precision, the
@@ -278,7 +279,7 @@ def _weak(
 def inertia_over_position(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit | None:
-    """Return the weak-form fit if it has an inertia and position-dependent friction, else None."""
+    """Return the weak-form fit if it contains an inertia and friction over position, else None."""
     fit = _weak(records, bench, settings)
     return fit if fit is not None and fit.details["position_order"] > 0 else None
 
@@ -330,10 +331,10 @@ def _differentiated(
 
 
 def disagreement(one: SlidingFit, other: SlidingFit) -> str | None:
-    """Return name and value of the first parameter with two disjoint intervals, as text.
+    """Return name and value of the first parameter on which two fits disagree, as text.
 
-    `one` and `other` are fits by two methods. Viscous and Coulomb friction are compared. The text
-    contains the value in `one`. Return None if the intervals overlap.
+    Two fits disagree if their intervals of viscous or of Coulomb friction do not overlap. The text
+    contains the value in `one`. Return None if the fits agree.
     """
     for name in ("viscous", "coulomb"):
         a, b = one.parameters.get(name), other.parameters.get(name)

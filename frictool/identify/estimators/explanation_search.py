@@ -110,7 +110,7 @@ def _trials(
 
 
 def _stable(one: Hypothesis, rows: ReducedRows, others: Sequence[Hypothesis]) -> bool:
-    """Return False if the hypothesis `one` is a spring with a negative fitted stiffness."""
+    """Return True unless the hypothesis `one` is a spring with a negative fitted stiffness."""
     return one.term != SPRING or rows.fitted_to(one, others)[0] > 0.0
 
 
@@ -247,12 +247,12 @@ def search_explanations(
 def _certain(
     used: list[Hypothesis], explanations: list[Explanation]
 ) -> tuple[list[Hypothesis], list[Explanation]]:
-    """Leave out the effects that another hypothesis explains equally well.
+    """Return the effects in `used` without those that another hypothesis explains equally well.
 
-    `explanations` are the texts of `used`. The model document contains no effect. If an effect is
-    fitted but the axis does not have it, the model predicts other logs worse than a fit without the
-    effect. All effects are kept if a load is used, because the test of the load included them. A
-    measured temperature, a delay and a resonance are always kept.
+    `explanations` belong to the hypotheses in `used`. The model document contains no effect. If a
+    fitted effect does not act on the axis, the model predicts other logs worse than a fit without
+    the effect. All effects are kept if a load is used, because the test of the load included them.
+    A measured temperature, a delay and a resonance are always kept.
     """
     if any(one.is_load for one in used):
         return used, explanations
@@ -266,7 +266,7 @@ def _certain(
 def _smoother_rows(
     searched: SearchedRecords, waves: tuple[float, ...], kept: float | None
 ) -> ReducedRows | None:
-    """Return the rows with longer smoothing windows, or None if the windows cannot be longer.
+    """Return regression rows with longer smoothing windows; None if the windows cannot be longer.
 
     Longer windows hardly change the effort of a load, but reduce the noise of the acceleration,
     which may hide the load. The result is also None if longer windows would remove the ripple with
@@ -286,7 +286,7 @@ def _smoother_rows(
 def _supported_smoother(
     searched: SearchedRecords, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
 ) -> bool:
-    """Return whether a load improves the prediction clearly if the smoothing windows are longer.
+    """Return whether a load clearly improves the prediction over longer smoothing windows.
 
     The rms effort of the load must be at least SMALLEST_LOAD times the Coulomb friction, because
     the longer windows also show small errors of other effects.
@@ -313,7 +313,7 @@ def _supported_smoother(
 def _renumbered(
     used: Sequence[Hypothesis], waves: tuple[float, ...], declared: int
 ) -> tuple[list[Hypothesis], tuple[float, ...]]:
-    """Remove unused ripples, and renumber the others; return hypotheses and wave numbers.
+    """Remove unused ripples, and renumber the others; return all hypotheses and wave numbers.
 
     Wave numbers are in 1/rad | 1/m. The first `declared` ripples belong to the bench and have no
     hypothesis.
@@ -331,7 +331,7 @@ def _renumbered(
 def _lasting(
     searched: SearchedRecords, trial: Trial, used: Sequence[Hypothesis], waves: tuple[float, ...]
 ) -> bool:
-    """Return whether a load still explains the effort if the smoothing windows are longer.
+    """Return whether a load also explains the effort over longer smoothing windows.
 
     With longer windows, the rms prediction error must fall below WORTH times the error without the
     load, and the parameters of the load must differ significantly from 0. The result is True
@@ -441,7 +441,7 @@ def _left(
     used: Sequence[Hypothesis],
     settings: IdentificationSettings,
 ) -> list[Explanation]:
-    """Return explanations by significant hypotheses that are not used, at most MOST_LEFT.
+    """Return at most MOST_LEFT explanations by significant hypotheses that are not used.
 
     The hypotheses are added one at a time; the next one is the hypothesis that reduces the squared
     prediction errors most.

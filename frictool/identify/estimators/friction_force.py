@@ -101,7 +101,7 @@ def friction_force(
 
 
 def _reaching(one: Interval, other: Interval) -> Interval:
-    """Return `one`, widened on either side so that it contains `other`."""
+    """Return the interval `one`, extended so that it contains the interval `other`."""
     apart = abs(other.value - one.value) + other.half_width
     return Interval.around(one.value, max(one.half_width, apart))
 
@@ -122,7 +122,7 @@ class _FrictionCurve:
 def _curve(
     rows: RegressionSamples, inertia: Interval, both: bool, reach: int, confidence: float
 ) -> _FrictionCurve:
-    """Fit the curve; residuals are taken as correlated over `reach` rows."""
+    """Fit the friction curve; residuals are assumed to be correlated over `reach` rows."""
     force = rows.effort - inertia.value * rows.acceleration
     peak = _peak(rows, force, both, float(np.max(np.abs(rows.velocity))))
     columns = _design(rows, peak, both)
@@ -210,7 +210,9 @@ def _rows(
 
 
 def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:
-    """Return regressors (n, 4): Coulomb, viscous, breakaway minus Coulomb, offset.
+    """Return the regressors (n, 4) of Coulomb friction, viscous friction, fall and offset.
+
+    The fall is the breakaway minus Coulomb friction.
 
     If `both` is False, the motion has one direction only, and the column of the offset is missing.
     """
@@ -225,7 +227,7 @@ def _design(rows: RegressionSamples, peak: float, both: bool) -> Matrix:
 
 
 def _sums(columns: Matrix) -> Matrix:
-    """Return the regressors (n, 4): Coulomb, viscous, breakaway, offset."""
+    """Return the regressors (n, 4) of Coulomb friction, viscous friction, breakaway and offset."""
     return np.column_stack((columns[:, 0] - columns[:, 2], columns[:, 1:]))
 
 

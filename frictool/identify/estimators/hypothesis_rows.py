@@ -30,8 +30,7 @@ class ReducedRows:
     """Regression rows in g groups of successive rows; each group is reduced to a triangular matrix.
 
     - samples: rows before the reduction
-    - plain: triangular matrix of each group by QR, (g, q, q), from q - 1 columns of regressors and
-      one of the effort
+    - plain: triangular matrix of each group by QR, (g, q, q), from q - 1 regressors and the effort
     - names: names of the regressors, (q - 1,)
     - base: names of the regressors that every fit includes
     - cluster, stroke: number of the cluster and of the stroke of each group, (g,)
@@ -53,12 +52,12 @@ class ReducedRows:
 
     @cached_property
     def half(self) -> IntVector:
-        """Return the half of the strokes, 0 or 1, to which each group of rows belongs, (g,)."""
+        """Return 0 or 1 for each group of rows (g,): the half of the strokes with this group."""
         return halved(self.stroke)
 
     @cached_property
     def sides(self) -> Tensor:
-        """Return the triangular matrix of each half of the strokes, (2, q, q)."""
+        """Return the triangular matrices of the two halves of the strokes, (2, q, q)."""
         return np.array([_triangle(self.plain[self.half == side]) for side in (0, 1)])
 
     def fitted(self, columns: Sequence[int]) -> Vector:
@@ -114,7 +113,7 @@ class ReducedRows:
         return float(np.linalg.norm(self.fitted_to(tested, others)))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return True if the rows determine the hypothesis `tested`, and noise cannot imitate it.
+        """Return True if the rows determine the hypothesis `tested`, and noise cannot look like it.
 
         The result is False, too, if a parameter of `tested` has an impossible sign.
 
@@ -162,7 +161,7 @@ class ReducedRows:
         )
 
     def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
-        """Return the decrease of the mean square residual that added columns cause by noise alone.
+        """Return the decrease of the mean square residual if added columns explain noise only.
 
         `fewer` and `more` are the indices of the columns without and with the added columns. Let J
         be the inertia, n the rms noise of the acceleration, and s^2 the mean square of the
@@ -180,7 +179,7 @@ class ReducedRows:
         return inertia**2 * noise**2 * (1.0 / after - 1.0 / before)
 
     def left_by_others(self, hypotheses: Sequence[Hypothesis]) -> float:
-        """Return the mean square of the acceleration that the other columns do not explain.
+        """Return the mean square of the part of the acceleration that other columns do not explain.
 
         The other columns are all columns of a fit with `hypotheses` except the acceleration. The
         unit is (rad/s^2)^2 | (m/s^2)^2.

@@ -94,7 +94,7 @@ def _instruments(
 def by_instruments(
     samples: RegressionSamples, z: tuple[Vector, ...], window: int, confidence: float
 ) -> dict[str, Interval]:
-    """Return the interval of each parameter by instrumental variables.
+    """Estimate each parameter with its interval by instrumental variables.
 
     `z` contains the acceleration, the velocity and the direction of the reference, each (n,).
     """

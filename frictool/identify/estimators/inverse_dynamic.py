@@ -179,7 +179,7 @@ def _central(values: Vector, period: float) -> Vector:
 
 
 def _filtered(rows: NDArray[np.float64], pipeline: PublishedFilters) -> NDArray[np.float64]:
-    """Return rows (m, p) filtered by the decimation's Chebyshev low-pass, forward and backward.
+    """Filter rows (m, p) by the Chebyshev low-pass for decimation, forward and backward.
 
     The result is divided by the filter's gain for a constant; this gain differs from 1 if the order
     is even.

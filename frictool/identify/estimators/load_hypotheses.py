@@ -52,7 +52,7 @@ def declared_term(one: Hypothesis) -> Term:
 
 
 def wave_numbers(load: LoadTerms | None) -> tuple[float, ...]:
-    """Return the wave numbers of a load's ripple, 1/rad | 1/m; empty without a ripple."""
+    """Return the wave numbers of the ripple in a load, 1/rad | 1/m; empty without a ripple."""
     if load is None or load.ripple is None:
         return ()
     return tuple(2.0 * np.pi * one / load.ripple.per.value for one in load.ripple.numbers)
@@ -74,7 +74,7 @@ class Structure:
     waves: tuple[float, ...] = ()
 
     def load(self, rotary: bool) -> LoadTerms:
-        """Return the terms and an offset as the `load` of a bench."""
+        """Return these terms and an offset in the form of the key `load` of bench.yaml."""
         terms = (cast(Term, DECLARED.get(term, term)) for term in self.terms)
         per = 2.0 * np.pi if rotary else 1.0
         cycles = tuple(wave * per / (2.0 * np.pi) for wave in self.waves)

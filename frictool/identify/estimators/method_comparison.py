@@ -169,10 +169,12 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
 
 
 def _against_alone(first: SlidingFit, fit: SlidingFit, rows: Rows, bench: Bench) -> str | None:
-    """Return why output error is rejected as the only candidate, or None.
+    """Return why output error, the only candidate, is rejected, or None.
 
-    Each half of the logs is then too short for a regression. The regression `first` to all logs is
-    compared with `fit` in their stead, and contradicts it only with the same load terms.
+    There is no other candidate if each half of the logs is too short for a regression. `fit`, by
+    output error, is therefore compared with the regression `first` to all logs. Output error is
+    rejected in two cases: the fits have the same load terms and contradict each other; or the force
+    error of output error is much larger.
     """
     apart = contradicted(first, fit) if terms_of(fit.laws) == terms_of(first.laws) else None
     if apart is not None:
@@ -191,13 +193,13 @@ def _against_alone(first: SlidingFit, fit: SlidingFit, rows: Rows, bench: Bench)
 def _winner(
     allowed: Sequence[PredictionScore], scores: Sequence[PredictionScore], declared: bool
 ) -> tuple[PredictionScore, SlidingFit, str]:
-    """Return the chosen candidate, its fit, and a text that says why the first choice was rejected.
+    """Return the chosen candidate, its fit, and the reason why the first choice was rejected.
 
-    The text is empty if the first choice was not rejected. Output error is rejected if its interval
-    for a parameter does not contain the estimate of an allowed regression with the same load terms.
-    Both models then lack an effect, such as a breakaway at the reversals, and output error
-    compensates the missing effect by wrong parameters. A candidate is also rejected if its fit
-    fails, or if a load that the bench does not declare is within SURE half widths of 0 in the
+    The reason is empty if the first choice was not rejected. Output error is rejected if its
+    interval for a parameter does not contain the estimate of an allowed regression with the same
+    load terms. Both models then lack an effect, such as a breakaway at the reversals, and output
+    error compensates the missing effect by wrong parameters. A candidate is also rejected if its
+    fit fails, or if a load that the bench does not declare is within SURE half widths of 0 in the
     regression.
     """
     best = min(score.position for score in allowed)
@@ -386,7 +388,7 @@ def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> Segmen
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the rms force error of both halves of the data, each predicted from the other half."""
+    """Return the rms force error over both halves of the data, each predicted by the other half."""
     errors = [
         force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
     ]

@@ -115,7 +115,7 @@ def cluster_numbers(segments: Sequence[RecordSegment]) -> list[NDArray[np.int64]
 def _open_loop_deviation(
     simulated: SegmentSimulation, fitted: SimulationFit, regressed: Mapping[str, float]
 ) -> tuple[Vector, Vector]:
-    """Return standard deviations (p,) and degrees of freedom (p,) for the open loop.
+    """Return standard deviations (p,) and degrees of freedom (p,) of the parameters in open loop.
 
     The deviations include the effort errors (`influences`) and the encoder's noise. Early strokes
     influence the simulation for longer than late strokes; Satterthwaite's degrees of freedom
@@ -316,7 +316,7 @@ def _fit(
 
 
 def _motion_by_parameter(simulated: SegmentSimulation, fitted: SimulationFit, name: str) -> float:
-    """Return the rms motion [rad | m] that only the parameter `name` explains."""
+    """Return the rms part of the motion [rad | m] that only the parameter `name` can explain."""
     index = simulated.names.index(name)
     column, others = fitted.jacobian[:, index], np.delete(fitted.jacobian, index, axis=1)
     alone = column - others @ np.linalg.lstsq(others, column, rcond=None)[0]
@@ -324,7 +324,7 @@ def _motion_by_parameter(simulated: SegmentSimulation, fitted: SimulationFit, na
 
 
 def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the position-dependent load terms of which every parameter may be 0."""
+    """Return spring or gravity in `terms` if the intervals of all their parameters contain 0."""
     load = None if fit.laws is None else fit.laws.load
     gravity = (
         None if load is None or load.gravity is None else (load.gravity.sine, load.gravity.cosine)

@@ -56,7 +56,7 @@ class StrokeMeans:
     - weight, cluster: weight of each row, and number of its cluster, (m,)
     - speed: |v| of the samples of all parts, (n,), rad/s | m/s
     - starts: index in `speed` of the first sample of each part, (m,)
-    - nuisance: additional regressors for the search for knees only, (m, q), or None
+    - nuisance: additional regressors, used only in the search for knees, (m, q), or None
     """
 
     columns: Matrix
@@ -167,7 +167,7 @@ def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
 
 
 def _bends(means: StrokeMeans, knees: tuple[float, ...], confidence: float) -> bool:
-    """Return whether the change of slope at every knee differs significantly from 0.
+    """Return whether, at every knee, the change of slope differs significantly from 0.
 
     The intervals of the changes, with the confidence `confidence`, come from a jackknife over
     clusters. The result is False if the regressors are singular.
@@ -188,7 +188,7 @@ def _bends(means: StrokeMeans, knees: tuple[float, ...], confidence: float) -> b
 
 
 def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float, ...] | None:
-    """Return `knees` and a new knee, all at their best speeds; None if no new knee is possible."""
+    """Return `knees` and one more knee, all at their best speeds; None if none can be added."""
     slow = np.sort(means.mean(means.speed))
     fast = np.sort(np.maximum.reduceat(means.speed, means.starts))
     if slow.size < 2 * FEWEST_ROWS or slow[FEWEST_ROWS - 1] >= fast[-FEWEST_ROWS]:

@@ -101,7 +101,7 @@ def highest_peak(
 def best_whole_number(
     position: Vector, regressors: Matrix, residual: Vector, excluded: tuple[float, ...] = ()
 ) -> SpectrumPeak | None:
-    """Return the ripple with the whole number of cycles per turn that reduces the residual most.
+    """Return the ripple with a whole number of cycles per turn that reduces the residual most.
 
     Numbers from 2 on are tried if the travel contains FEWEST_PERIODS to MOST_PERIODS periods. The
     fit is repeated with a sine and a cosine of each number.

@@ -43,7 +43,7 @@ def recursive(
 
 
 def row_forgetting(samples: RegressionSamples, of_stroke: float) -> float:
-    """Return the forgetting factor per row; over a median stroke, the factor is `of_stroke`."""
+    """Return the forgetting factor of one row; the product over a median stroke is `of_stroke`."""
     lengths = np.bincount(samples.stroke)
     return float(of_stroke ** (1.0 / np.median(lengths[lengths > 0])))
 

@@ -153,7 +153,7 @@ class SearchedRecords:
         """Return the regression rows with the columns of all hypotheses.
 
         Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
-        if no slip is as long as a smoothing window.
+        if the axis never slips throughout a smoothing window.
         """
         return joined(self.samples_of_records(waves))
 
@@ -182,7 +182,7 @@ class SearchedRecords:
         """Return the regression rows with the columns of all hypotheses, as triangular matrices.
 
         Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
-        if no slip is as long as a smoothing window, or if the motion does not determine
+        if the axis never slips throughout a smoothing window, or if the motion does not determine
         Coulomb friction and offset.
         """
         samples = self.samples(waves)
@@ -262,11 +262,12 @@ class SearchedRecords:
     def long_ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return the ripple of few periods that reduces the residual most, and its size as a peak.
+        """Return the ripple of few periods that reduces the residual most, and its spectral peak.
 
         On a rotary axis, a ripple has a whole number of cycles per turn. With few periods within
-        the travel, the other loads resemble the ripple, so that the spectrum of the residual does
-        not show the ripple's number of cycles. Parameters and result are those of `ripple`.
+        the travel, the other loads resemble the ripple. The spectrum of the residual then does not
+        show the number of cycles; each whole number is tried instead. Parameters are those of
+        `ripple`.
         """
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if not self.rotary or position is None or len(waves) == MOST_HARMONICS:

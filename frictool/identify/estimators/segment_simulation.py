@@ -190,7 +190,7 @@ class SimulationFit:
 
 
 def failed_residual(segment: RecordSegment) -> float:
-    """Return the large residual that stands for a failed simulation of a segment."""
+    """Return the large residual that is used for a failed simulation of a segment."""
     return FAILED * (float(np.ptp(segment.position)) + float(np.ptp(segment.effort)))
 
 

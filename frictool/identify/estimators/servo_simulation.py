@@ -156,7 +156,7 @@ def fitted(simulated: ServoSimulation, start: Mapping[str, float]) -> Simulation
 def _best_delay(
     simulated: ServoSimulation, start: Mapping[str, float], weight: Vector
 ) -> Mapping[str, float]:
-    """Return the parameters of the best of several short searches with different fixed delays.
+    """Return the best parameters from several short searches, each with another fixed delay.
 
     Without these searches, the full search may end in a local minimum, with a shorter delay and a
     larger inertia.

@@ -122,7 +122,7 @@ def _column(name: str, means: StrokeMeans) -> Vector:
 
 
 def without(rows: StrokeRows, fixed: Mapping[str, Interval]) -> StrokeRows:
-    """Subtract the effort of the parameters `fixed`, and remove their columns; return the rows."""
+    """Return the rows without the effort and without the columns of the parameters `fixed`."""
     if not fixed:
         return rows
     means = rows.means
@@ -255,7 +255,7 @@ def _check(means: StrokeMeans) -> None:
 
 
 def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[PiecewiseFriction, Vector]:
-    """Return the piecewise linear friction, and the half widths (p,) of its coefficients.
+    """Fit piecewise linear friction; return the fit and the half widths (p,) of its coefficients.
 
     The half widths include the effect of the range of the inertia in bench.yaml.
     """
@@ -292,7 +292,7 @@ def _of_inertia(
 
 
 def not_negative(interval: Interval) -> Interval:
-    """Replace a negative value and a negative lower end by 0 if the upper end is positive."""
+    """Replace a negative value and a negative lower end by 0, unless the upper end is negative."""
     return Interval(0.0, 0.0, interval.high) if interval.value < 0.0 < interval.high else interval
 
 

@@ -186,7 +186,7 @@ def _known_offset(bench: Bench) -> Interval:
 
 
 def _with_offset(fit: SlidingFit, offset: Interval | None) -> SlidingFit:
-    """Return `fit`; the range of a known offset widens the intervals of Coulomb and breakaway.
+    """Return `fit` with Coulomb and breakaway intervals widened by the range of a known offset.
 
     If `offset` is None, the offset was fitted, and `fit` is returned unchanged.
     """
@@ -363,7 +363,7 @@ def _straight(record: MotionRecord, first: int, last: int) -> bool:
 
 
 def _row(record: MotionRecord, first: int, last: int) -> list[RunRow]:
-    """Return a list with one row for a run without its first and last block of samples.
+    """Return a list with one row for the run, without its first and last block of samples.
 
     The speed settles in these blocks. The list is empty if too few samples or counts are left.
     """

@@ -64,8 +64,8 @@ class HeldOutPrediction:
     - terms: load terms of the model
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - values: parameters fitted to each half, SI
-    - errors: rms prediction error [rad | m] of each compared set of terms. The key is the names of
-      the terms, joined by "_", or "sliding" for the set without terms.
+    - errors: rms prediction error [rad | m] of each compared set of load terms. A key consists of
+      the names of the terms, joined by "_"; "sliding" is the key without terms.
     """
 
     terms: tuple[str, ...]

@@ -87,7 +87,7 @@ def _fit(
 
 
 def _of_effort(mean: Matrix, noise: Matrix) -> Matrix:
-    """Return `noise` with the noise variance of the effort.
+    """Return the noise covariance `noise`, with the noise variance of the effort filled in.
 
     This variance is the mean square residual minus the part that the noise of the motion causes.
     """

@@ -176,7 +176,7 @@ def _windows(
 def _chosen(
     samples: RegressionSamples, parts: list[FrictionRows], structure: FrictionStructure
 ) -> RegressionSamples:
-    """Return the samples with the columns of the friction structure.
+    """Return the samples with the columns of the friction over position and speed in `structure`.
 
     `bend_j` is the column of viscous friction between knee j and the next knee; `knee_j` is the
     derivative of the friction with respect to the speed of knee j.

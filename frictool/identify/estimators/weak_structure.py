@@ -75,7 +75,7 @@ def choose_structure(
 def with_structure(
     samples: RegressionSamples, parts: Sequence[FrictionRows], structure: FrictionStructure
 ) -> RegressionSamples:
-    """Return the samples; only columns of the sliding parameters and of `structure` remain."""
+    """Return the samples with the columns of the sliding parameters and of `structure` only."""
     loads = {name: samples.loads[name] for name in names_to(structure.order)}
     bends = {
         f"bend_{j}": bend_column(parts, knee) for j, knee in enumerate(structure.knees, start=1)

@@ -122,7 +122,7 @@ def limits_of(bench: Bench) -> BenchLimits:
 
 
 def known_load(bench: Bench) -> float:
-    """Return the largest effort of the declared loads (`load.most`), N m | N; 0 if not stated."""
+    """Return the largest effort of the declared loads, N m | N; 0 if `load.most` is not stated."""
     return (
         max(bench.load.most.interval)
         if bench.load is not None and bench.load.most is not None
@@ -143,7 +143,7 @@ def missing_load_limit(bench: Bench) -> str | None:
 
 
 def axis_known(bench: Bench) -> PriorAxis:
-    """Return the a-priori axis with nominal inertia and friction, and the largest backlash.
+    """Return an axis with the nominal inertia and friction of the bench, and its largest backlash.
 
     A friction of 0 is replaced by the upper end of its interval.
     """

@@ -107,11 +107,12 @@ def breakaway_range(bench: Bench) -> tuple[float, float, float]:
 
 
 def never_at_rest(bench: Bench) -> str | None:
-    """Return why no ramps are possible because a load moves the axis between them, else None.
+    """Return why ramps are impossible if a load moves the axis between the ramps, else None.
 
     The drive is 0 between the ramps. An offset above the largest breakaway, such as the weight on a
-    vertical axis, then accelerates every axis of the bench. The same holds for a spring or gravity
-    of this size (`load.most`). If their size is not stated, an arm might fall.
+    vertical axis, then accelerates every axis of the bench. The same is true of a spring or gravity
+    above the largest breakaway (`load.most`). If `load.most` is missing, ramps are impossible with
+    a spring or gravity, because an arm might fall.
     """
     offset, most = bench.mechanics.offset, breakaway_range(bench)[2]
     unit = si_unit("effort", bench.axis)
@@ -315,7 +316,7 @@ def coasting_pause(bench: Bench, rate: float, top: float, advance_on: float) -> 
 
 
 def _turning(ramp: Ramp, unit: str) -> str:
-    """Return text on the positions at which the direction changes; "" without such positions."""
+    """Return text that names the positions at which the direction changes; "" without positions."""
     if not math.isfinite(ramp.high - ramp.low):
         return ""
     return (

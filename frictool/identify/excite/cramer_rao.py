@@ -62,7 +62,7 @@ class DeclaredLoads:
 
     - offset: True if the effort may have an offset
     - terms: load terms, each with its wave number, 1/rad | 1/m
-    - plain: True if the only load is an offset, which every method can fit
+    - plain: True if the only load is an offset, so that every method can fit the loads
     """
 
     offset: bool = True
@@ -197,7 +197,7 @@ def _of_term(term: str, wave: float, position: Vector, velocity: Vector) -> list
 
 
 def _covariance(n: int, axis: PriorAxis, sensing: SensorPrecision) -> Vector:
-    """Return the noise covariance of n samples of a stroke as its lower diagonals (3, n)."""
+    """Return the lower diagonals (3, n) of the noise covariance of n samples of a stroke."""
     variance = sensing.step**2 / 12.0
     second = axis.inertia / sensing.period**2
     first = 0.5 * axis.viscous / sensing.period

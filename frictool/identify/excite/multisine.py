@@ -128,7 +128,7 @@ def multisine(
 
 
 def _effort_bound(limits: BenchLimits, velocity: Vector, acceleration: Vector) -> float:
-    """Return the largest scale factor of a motion that the effort of every axis allows.
+    """Return the largest factor on a motion for which every axis has enough effort.
 
     `limits` contains the worst case of all axes within the intervals in bench.yaml.
     """

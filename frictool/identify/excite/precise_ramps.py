@@ -126,9 +126,9 @@ class _RampDesign:
     def best(self, excess: Vector) -> RampPlan:
         """Return the shortest plan, or the most precise plan of the requested duration.
 
-        excess: for each rate (n,), duration of the test divided by the duration of all its ramps
-        (SPARE times as many as the onsets); inf for an impossible rate. Raises NoSolutionError if
-        no rate is possible.
+        excess: duration of the test divided by the total duration of its ramps, for each rate,
+        (n,); inf for an impossible rate. A test has SPARE times as many ramps as onsets. Raises
+        NoSolutionError if no rate is possible.
         """
         request = self.request
         half = request.wanted["breakaway"] * breakaway_range(self.bench)[1]
@@ -179,10 +179,10 @@ class _RampDesign:
 
 
 def _onsets(single: float, common: float, limit: float) -> float:
-    """Return the least even number of onsets for a breakaway error of at most `limit`, or inf.
+    """Return the smallest even number of onsets with a breakaway error of at most `limit`, or inf.
 
-    `single` is the standard deviation of the breakaway from one onset, and `common` the part of it
-    that does not average out over the onsets; both have the unit of `limit`.
+    `single` is the standard deviation of the breakaway from one onset. `common` is the part of
+    `single` that does not average out over the onsets. Both have the unit of `limit`.
     """
     if common >= limit:
         return math.inf

@@ -50,7 +50,7 @@ def longest_distance(limits: BenchLimits) -> float:
 def best_stroke(
     limits: BenchLimits, axis: PriorAxis, sensing: SensorPrecision, duration: float
 ) -> PlannedStroke:
-    """Return the stroke for a sine test of `duration` [s] with the best-determined parameters.
+    """Return the stroke of the sine that determines the parameters best within `duration` [s].
 
     The stroke minimises `largest_relative_bound`.
     """

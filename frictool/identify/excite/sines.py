@@ -27,7 +27,10 @@ def plan(
     speeds: int = SPEEDS,
     distance: float | None = None,
 ) -> list[PlannedStroke]:
-    """Return the stroke of mean length at each speed; all speeds share `duration` [s] equally."""
+    """Return one stroke of mean length for each speed, with its number of repetitions.
+
+    Each speed lasts for an equal part of `duration` [s].
+    """
     mean = (distance or longest_distance(limits)) * (1.0 - SPREAD)
     fastest = reachable_speed(limits, mean / (1.0 - SPREAD) * (1.0 - 2.0 * SPREAD))
     strokes = [

@@ -70,7 +70,7 @@ class StrokeCandidate:
 
 
 def worst_axis(bench: Bench, effects: tuple[str, ...] = ()) -> PriorAxis:
-    """Return the a-priori axis with the upper ends of inertia and viscous friction.
+    """Return the axis with the upper ends of the a-priori inertia and viscous friction.
 
     An effect in `effects` that the bench declares as a load is left out.
     """
@@ -86,7 +86,7 @@ def worst_axis(bench: Bench, effects: tuple[str, ...] = ()) -> PriorAxis:
 
 
 def worst_sensing(bench: Bench, noise: float | None) -> SensorPrecision:
-    """Return period, encoder step and effort noise for the largest drive constant.
+    """Return sample period, encoder step, and noise of the effort for the largest drive constant.
 
     `noise` is the standard deviation of the noise on the measured drive, A | V; the default is
     0.2 % of the drive's limit.

@@ -134,7 +134,7 @@ def _one_more(times: Vector, index: int) -> Vector:
 
 
 def _shares(program: StrokeProgram) -> Vector | None:
-    """Return the fractions (k,) of the duration that minimise the ratio `worst`, or None."""
+    """Return the fraction of the duration per candidate, (k,), that minimises `worst`, or None."""
     rate = program.information / program.duration[:, None, None]
     shares = optimal_shares(rate, program.limit, program.mean_square - program.rms**2)
     if shares is None:

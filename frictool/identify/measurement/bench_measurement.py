@@ -87,7 +87,7 @@ def _estimates(
 def contradicting_constant(
     motor: Mapping[str, Interval | UnusableLogs], bench: Bench
 ) -> Interval | None:
-    """Return the motor's effort per ampere or volt if bench.yaml contradicts it, else None.
+    """Return the measured effort per ampere or volt if bench.yaml contradicts it, else None.
 
     `motor` is a result of `winding`. The effort per ampere of a DC motor is its back-EMF constant;
     the effort per volt is the ratio of back-EMF constant and resistance.
@@ -128,7 +128,7 @@ def constant_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench)
 
 
 def voltage_drop_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench) -> str | None:
-    """Return a warning if fitted friction of a voltage drive includes a voltage drop, else None.
+    """Return a warning if a voltage drop looks like friction of a voltage drive, else None.
 
     `motor` is a result of `winding`.
     """

@@ -95,10 +95,10 @@ class FreeOscillation(NamedTuple):
 
 @functools.cache
 def _grid(samples: int) -> tuple[Vector, Vector, Matrix]:
-    """Return g pairs of w and s (module docstring) per window, and columns (4 g, samples).
+    """Return a grid of g pairs (w, s), and the columns (4 g, samples) of a fit for each pair.
 
-    w and s are multiplied by the duration of a window. A pair has four orthonormal columns; the
-    first two span the constant and the slope.
+    The module docstring defines w and s; here they are multiplied by the duration of a window. A
+    pair has four orthonormal columns. The first two of them span the constant and the slope.
     """
     time = np.arange(samples) / samples
     cycles = np.geomspace(LEAST_CYCLES, MOST_CYCLES, FREQUENCIES)
@@ -119,13 +119,13 @@ def _columns(time: Vector, rate: float, decay: float) -> Matrix:
 
 
 def coarse_fits(windows: Matrix, highest: float) -> list[tuple[int, float, float]]:
-    """Return (index in `windows`, w, s) of each window with an oscillation; `windows` is (m, n).
+    """Return (index in `windows`, w, s) of at most two windows with an oscillation.
 
-    w is the angular frequency and s the decay rate, both times the duration of a window. At most
-    two windows are chosen: the window whose oscillation explains the largest fraction of the
-    variance, and the last window whose oscillation explains at least the fraction EXPLAINED. The
-    former may contain the end of the motion. The list is empty if no oscillation explains the
-    fraction COARSE. `highest` is the largest allowed product of w and the duration.
+    `windows` is (m, n). w is the angular frequency and s the decay rate, both times the duration of
+    a window. The chosen windows are: the window whose oscillation explains the largest fraction of
+    the variance, and the last window whose oscillation explains at least the fraction EXPLAINED.
+    The first of these may contain the end of the motion. The list is empty if no oscillation
+    explains the fraction COARSE. `highest` is the largest allowed product of w and the duration.
     """
     rate, decay, basis = _grid(windows.shape[1])
     about_mean = windows - windows.mean(axis=1, keepdims=True)
@@ -185,7 +185,7 @@ def free_oscillation(
 def _refined(
     time: Vector, position: Vector, rate: float, decay: float
 ) -> tuple[float, float, Vector] | None:
-    """Return w, s and c, d, p, q (module docstring) fitted near the start `rate`, `decay`.
+    """Return w, s and (c, d, p, q) of x(t) (module docstring); `rate`, `decay` start the search.
 
     The result is None if the steps lead to w <= 0 or to |s| > w.
     """

@@ -83,6 +83,6 @@ def _current(lag: float, command: Vector, period: float) -> Vector:
 
 
 def _left(lag: float, command: Vector, measured: Vector, period: float) -> tuple[Vector, Vector]:
-    """Return the residual current (n,), and the regressors (n, 2): simulated current and 1."""
+    """Return the residual current (n,), and the regressors (n, 2) (simulated current and 1)."""
     columns = np.column_stack((_current(lag, command, period), np.ones(command.size)))
     return measured - columns @ np.linalg.lstsq(columns, measured, rcond=None)[0], columns

@@ -60,7 +60,12 @@ class _Response(NamedTuple):
 
 
 class _Peak(NamedTuple):
-    """Peak of a response: length of the segments, place, and whether both halves show the peak."""
+    """Peak of a response.
+
+    - length: length of the segments, samples
+    - place: index of the peak's frequency in the spectrum
+    - repeated: True if both halves of the segments show the peak
+    """
 
     length: int
     place: int
@@ -130,9 +135,10 @@ def _repeats(response: _Response, k: int, near: slice) -> bool:
 
 
 def _coherent(response: _Response, k: int, near: slice) -> bool:
-    """Return whether acceleration and effort are coherent at the index k, or at most of `near`.
+    """Return whether acceleration and effort are coherent at the frequency index `k`.
 
-    A controller may make the effort at a resonance so small that the coherence is less there.
+    A controller may make the effort at a resonance so small that the coherence decreases there. A
+    lower coherence at `k` is therefore sufficient if most of the indices `near` are coherent.
     """
     at, around = response.coherence[k], np.median(response.coherence[near])
     return bool(at >= COHERENT or (at >= LEAST_COHERENCE and around >= COHERENT))
@@ -175,10 +181,11 @@ def _response(acceleration: Spectra, effort: Spectra) -> _Response:
 
 
 def _oscillation(peak: _Peak, period: float) -> Ringing:
-    """Return frequency and damping of the poles of a quotient of second order near the peak.
+    """Return frequency and damping of a pair of poles that is fitted to the response near the peak.
 
-    The quotient is fitted by least squares weighted by coherence and 1/|H| (Levy 1959). If its
-    poles are not near the peak, or not damped, frequency and width of the peak are used.
+    The pair belongs to a quotient of second order, fitted by least squares with the weights
+    coherence and 1/|H| (Levy 1959). If the poles are not near the peak, or not damped, frequency
+    and width of the peak are used.
     """
     k, value = peak.place, peak.response.value
     bins = np.arange(round(k / FAR), round(k * FAR) + 1)

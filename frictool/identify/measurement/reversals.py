@@ -160,7 +160,10 @@ class OtherCauses:
     top_speed: float
 
     def loads(self, motion: SmoothedMotion) -> list[Vector]:
-        """Return the regressors (n,) of the bench's loads; without any, all loads but ripples."""
+        """Return the regressors (n,) of the loads that the bench declares.
+
+        If the bench declares none, return the regressors of all loads except ripples.
+        """
         terms = possible(self.bench)
         columns = load_columns(motion, bench_with_terms(self.bench, terms))
         return [columns[name] for term in terms for name in TERMS[term]]
@@ -240,7 +243,7 @@ class ReversalRegression:
         return float(np.sum(self.fit_of(width, rise)[1] ** 2))
 
     def best_width(self, widest: float, rise: Rise = "step") -> float:
-        """Return the width [rad | m], at most `widest`, with the least sum of squared residuals."""
+        """Return the width [rad | m] of at most `widest` that minimises the squared residual."""
         least = NARROWEST * min(one.count for one in self.rows)
         grid = np.geomspace(min(least, 0.5 * widest), widest, GRID_POINTS)
         best = int(np.argmin([self.squares(float(width), rise) for width in grid]))
@@ -248,10 +251,10 @@ class ReversalRegression:
         return bounded_minimum(lambda width: self.squares(width, rise), float(low), float(high))
 
     def largest_hidden(self, widest: float) -> float:
-        """Return the largest backlash [rad | m], at most `widest`, that stays hidden.
+        """Return the largest backlash [rad | m], at most `widest`, that the rows would not show.
 
-        Inside the backlash, friction is assumed to fall to the fraction REDUCED. A backlash stays
-        hidden if a model without backlash fits nearly as well.
+        Inside the backlash, friction is assumed to fall to the fraction REDUCED. The rows do not
+        show a backlash if a model without backlash fits nearly as well.
         """
         count = np.unique(self.stroke).size
         plain = self.plain[:, :SLOPE]
@@ -325,8 +328,8 @@ def reversals(
 ) -> tuple[Interval | UnusableLogs, Interval | UnusableLogs]:
     """Return the full width of the backlash [rad | m], and the delay of the position [s].
 
-    The delay is relative to the effort. A value that the records do not determine is replaced by an
-    UnusableLogs with the reason. Raises UnusableLogs if the axis does not move.
+    The delay is relative to the effort. If the records do not determine a value, the result
+    contains an UnusableLogs with the reason instead. Raises UnusableLogs if the axis does not move.
     """
     facts = recorded_facts(records, bench)
     window = weak_deviation(list(facts.strokes), facts.axis, facts.sensing)[1]
@@ -370,7 +373,7 @@ def reversals(
 def _over_windows(
     estimate: Callable[[int], Interval], windows: list[int]
 ) -> Interval | UnusableLogs:
-    """Return the estimate with the first window; its interval covers the intervals of all windows.
+    """Return the estimate with the first window, and an interval that covers those of all windows.
 
     `windows` are lengths in samples. The effect of the encoder's noise differs between windows.
     """
@@ -460,7 +463,7 @@ def _regression(records: list[MotionRecord], other: OtherCauses, window: int) ->
 
 
 def _with_earlier_effort(record: MotionRecord, delay: float) -> MotionRecord:
-    """Return the first LONGEST samples; the effort logged `delay` [s] later is moved to them."""
+    """Return the first LONGEST samples, each with the effort that was logged `delay` [s] later."""
     part = record.part(slice(0, LONGEST))
     return replace(part, effort=np.interp(part.time + delay, record.time, record.effort))
 

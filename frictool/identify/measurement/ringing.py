@@ -54,7 +54,7 @@ LEAST_ERROR = 1e-9  # the share of an effort that is always 0 has no error
 
 
 class _WindowOscillation(NamedTuple):
-    """Free oscillation, and the index of the first sample of its window."""
+    """Free oscillation, and the index of the first sample of the window in which it was found."""
 
     start: int
     oscillation: FreeOscillation
@@ -119,7 +119,7 @@ def _mean(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 
 def _of_record(record: MotionRecord, axis: Rigidity) -> list[FreeOscillation]:
-    """Return the free oscillation with the most precise frequency for each stop.
+    """Return one free oscillation for each stop: the one with the most precise frequency.
 
     Oscillations in several windows belong to the same stop if the position hardly moves between the
     starts of these windows.

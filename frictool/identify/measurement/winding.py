@@ -128,8 +128,8 @@ def _winding_of(
 def winding(logs: Sequence[WindingLog], confidence: float) -> dict[str, Interval | UnusableLogs]:
     """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H].
 
-    A value that is not determined is replaced by an UnusableLogs with the reason. If the logs show
-    a voltage drop [V], the result contains its interval, too.
+    If the logs do not determine a value, the result contains an UnusableLogs with the reason
+    instead. If the logs show a voltage drop [V], the result contains its interval, too.
     """
     try:
         fits = _fits(logs, confidence)
@@ -195,7 +195,7 @@ class _Piece:
         return _lagged(_weighted_speed(self.speed, self.log.period, lag, slope), _decay(self, lag))
 
     def initial_response(self, lag: float) -> Vector:
-        """Return the part of the current (n,) that is due to its first value; this part decays."""
+        """Return the decaying part of the current (n,) that is due to the current's first value."""
         return np.asarray(self.current[0] * _decay(self, lag) ** np.arange(self.current.size))
 
 
@@ -260,7 +260,7 @@ class _CurrentModel:
         return _joined(self.pieces, [p.speed_response(lag, self.slope) for p in self.pieces])
 
     def linear(self, nonlinear: _NonlinearParameters) -> tuple[Vector, Vector]:
-        """Return 1/R, -K/R and current offset (module docstring), fitted, and the residual (m,)."""
+        """Return fitted 1/R, -K/R and current offset (module docstring), and the residual (m,)."""
         lag = nonlinear.lag
         speeds = self.speeds(lag) if self.moving else np.zeros(1)
         voltages = self.voltages(nonlinear)
@@ -428,7 +428,9 @@ def _bias(
 
 
 def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
-    """Return the hull of `intervals`, or an UnusableLogs if no positive value is determined.
+    """Return the smallest interval that contains all `intervals`.
+
+    If they do not determine a positive value, return an UnusableLogs instead.
 
     The result has the value of the first interval.
     """

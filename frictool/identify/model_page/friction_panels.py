@@ -58,8 +58,9 @@ def friction_panels(
 def band_half_width(model: Model, samples: SlipSamples | None, speed: Vector) -> Vector:
     """Return the half width (n,) [N m | N] of the friction's interval at speeds (n,).
 
-    The half width follows from the intervals of Coulomb and viscous friction and from the
-    correlation of the two estimates, -mean(v)/rms(v), with the speed v of the samples.
+    The half width follows from the intervals of Coulomb and viscous friction, and from the
+    correlation of the two estimates. This correlation is -mean(v)/rms(v), with the speed v of the
+    samples.
     """
     coulomb, viscous = (_half(getattr(model.parameters, name)) for name in ("coulomb", "viscous"))
     correlation = 0.0

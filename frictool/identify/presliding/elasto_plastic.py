@@ -63,7 +63,7 @@ def elasto_plastic_path(
 
 @kernel
 def slope(z: float, direction: float, limit: float, share: float) -> float:
-    """Return dz/dx, the change of the deflection z per displacement.
+    """Return dz/dx, the change of the deflection z with the position x.
 
     - direction: any number with the sign of the motion
     - limit, share: largest deflection z_max, and relative elastic limit z_ba/z_max

@@ -2,8 +2,8 @@
 
 The axis hardly accelerates, so that friction is the effort minus the offset of the effort. Each row
 stands for the time during which the encoder shows one count. The row contains the mean effort of
-this time, and the position of the middle of the count. If the effort reverses during this time, the
-mean effort belongs to no unique position. The row is then a part of the path, but is not fitted.
+this time, and the position of the middle of the count. If the effort reverses during this time, its
+mean belongs to no unique position. Such a row is a part of the path, but its force is not fitted.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class PreslidingLoops:
     - speed: mean speed in the row, rad/s | m/s
     - force: mean friction in the row, N m | N
     - branch: number of the branch, which is the path between two reversals of the effort
-    - used: True for rows whose samples are all in one branch
+    - used: True for rows whose samples all belong to one branch
     - starts: True for the first row of each record, at which the contact is assumed to be relaxed
     - breakaway: interval of the breakaway, N m | N
     - count: encoder resolution, rad | m

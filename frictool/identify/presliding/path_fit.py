@@ -40,7 +40,7 @@ class PreslidingFit:
     - parameters: intervals of the parameters, in the order of the law
     - force_error: rms residual on the branches of the fit, relative to the breakaway
     - held_out: rms residual on branches that the fit did not use, relative to the breakaway
-    - limit: None, because the largest deflection z_max follows from the breakaway
+    - limit: always None, because the largest deflection z_max follows from the breakaway
     """
 
     parameters: tuple[Interval, ...]

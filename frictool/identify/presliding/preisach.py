@@ -35,11 +35,11 @@ Branch = tuple[Vector, Vector]  # positions and forces
 class EverettTable:
     """Everett's table of a Preisach operator.
 
-    - everett: Everett's function E(alpha, beta) of friction/preisach.py, divided by the saturation,
-      with one row for each alpha, (n + 1, n + 1)
+    - everett: Everett's function E(alpha, beta) (defined in friction/preisach.py), divided by the
+      saturation, (n + 1, n + 1); one row for each alpha, one column for each beta
     - half_width: half widths of the intervals of the table's elements, (n + 1, n + 1)
-    - saturation: half the difference of the forces at +limit and -limit, N m | N
-    - limit: largest amplitude, rad | m
+    - saturation: half the difference of the forces at the positions +limit and -limit, N m | N
+    - limit: largest amplitude of the cycles, rad | m
     """
 
     everett: Matrix
@@ -75,8 +75,8 @@ def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
 def _branches(loops: PreslidingLoops) -> list[Branch]:
     """Return each branch between two reversals of the position.
 
-    The effort does not determine these reversals: near the largest deflection, noise reverses the
-    effort before the axis reverses.
+    Reversals of the effort are not used: near the largest deflection, noise reverses the effort
+    before the axis reverses.
     """
     points = np.empty(loops.position.size, dtype=np.int64)
     edges = []

@@ -89,7 +89,7 @@ def next_argument(state: list[float] | Vector, resolved: float) -> float:
 
 
 def update_search(state: list[float] | Vector, argument: float, value: float) -> None:
-    """Narrow the interval in `state` by the function's value at `argument`."""
+    """Narrow the interval in `state` with the value of the function at `argument`."""
     best = state[BEST]
     if value <= state[LEAST]:
         state[LOW if argument >= best else HIGH] = best

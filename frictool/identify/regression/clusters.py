@@ -45,7 +45,10 @@ def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> 
 
 
 def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
-    """Return the group number (m,) of m strokes; strokes that repeat each other form a group."""
+    """Return the group number (m,) of m strokes.
+
+    Strokes that repeat each other form a group.
+    """
     order = np.lexsort((counts, rows, sign))
     group = np.full(sign.size, -1, dtype=np.int64)
     repetitions = 0

@@ -25,7 +25,7 @@ from frictool.typing import IntVector, Matrix, Vector
 def shared_variance(
     columns: Matrix, residual: Vector, stroke: IntVector, groups: Sequence[IntVector]
 ) -> Vector:
-    """Return the variance (p,) of the parameters that a grouping by strokes alone does not show.
+    """Return the additional variance (p,) of the parameters that groups other than strokes show.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ def held_out_squares(
 def held_out_norm(
     plain: Tensor, weighted: Tensor, half: IntVector, columns: list[int]
 ) -> float | None:
-    """Return the root of the sum of `held_out_squares`; None if these are None."""
+    """Return the root of the sum of `held_out_squares`, or None if these are None."""
     squares = held_out_squares(plain, weighted, half, columns)
     return None if squares is None else float(np.sqrt(np.sum(squares)))
 
@@ -81,7 +81,7 @@ def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: fl
 
 
 def by_stroke(squares: Vector, stroke: IntVector) -> Vector:
-    """Return, for each stroke (s,), the sum of `squares` (g,) over its groups of rows."""
+    """Return the sum of `squares` (g,) over the groups of rows in each stroke, (s,)."""
     return np.asarray(np.bincount(stroke, squares), dtype=np.float64)
 
 
@@ -120,7 +120,7 @@ def needless(
 
 
 def halved(stroke: IntVector) -> IntVector:
-    """Return the half of the strokes, 0 or 1, to which each group of rows belongs, (g,).
+    """Return 0 or 1 for each group of rows (g,): the half of the strokes with this group.
 
     Pairs of successive strokes stay together, so that each half has both directions.
     """

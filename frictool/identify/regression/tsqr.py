@@ -32,8 +32,9 @@ def reduce_rows(
 ) -> None:
     """Reduce q weighted columns (q, n) to the triangular matrices `out` (g, q, q) of g groups.
 
-    Group i consists of the rows starts[i] to starts[i+1] - 1; starts (g + 1,). Householder
-    reflections act on a triangular matrix and the block of rows below it.
+    Group i consists of the rows starts[i] to starts[i+1] - 1; `starts` is (g + 1,). Each block of
+    rows is reduced together with the triangular matrix of the previous blocks, by Householder
+    reflections.
     """
     q = columns.shape[0]
     block = np.empty((q, BLOCK))

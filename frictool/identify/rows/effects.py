@@ -101,7 +101,7 @@ class SmoothedMotion:
 
     @cached_property
     def rows(self) -> IntVector:
-        """Return the samples (m,) at which columns are computed."""
+        """Return the indices (m,) of the samples at which columns are computed."""
         return np.flatnonzero(self.used | self.every)
 
     def at_rows(self, values: NDArray[Any]) -> NDArray[Any]:

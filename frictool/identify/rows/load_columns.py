@@ -83,7 +83,7 @@ def _smoothed(values: Vector, window: int, period: float) -> Vector:
 
 
 def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
-    """Return the parameters of harmonics for which the travel is too short, with the reasons.
+    """Return the parameters of harmonics that need a longer travel, with the reasons.
 
     - plain: triangular matrices of g groups of rows, (g, q, q), with the columns `names` and the
       target
@@ -117,7 +117,7 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
 def by_direction(
     names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """Return regressors in which friction has one parameter for each direction of motion.
+    """Replace columns so that friction has one parameter for each direction of motion.
 
     Viscous friction is split if `names` contains "viscous_backward". If `coulomb` is True, Coulomb
     friction and offset are replaced by one Coulomb friction for each direction. `names` (q - 1,)

@@ -80,7 +80,10 @@ def declared_terms(bench: Bench) -> tuple[str, ...]:
 
 
 def possible(bench: Bench) -> tuple[str, ...]:
-    """Return the load terms that the bench declares; if it declares none, all except ripples."""
+    """Return the load terms that the bench declares.
+
+    If the bench declares none, return all terms of its axis except ripples.
+    """
     if bench.load is not None:
         return declared_terms(bench)
     return (DIRECTION, SPRING, GRAVITY) if bench.axis == "rotary" else (DIRECTION, SPRING)
@@ -251,7 +254,7 @@ def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
 
 
 def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
-    """Return the bench with the load terms `terms`; a bench that declares load terms is unchanged.
+    """Return the bench with the load terms `terms`, or unchanged if it already declares load terms.
 
     Only fits with the same terms have comparable parameters. For example, a single viscous
     coefficient shifts the offset if viscous friction differs by direction.

@@ -105,7 +105,7 @@ class OmittedParameters:
         self._added = np.hypot(self._added, half)
 
     def _hidden_load_shift(self, cluster: IntVector, confidence: float) -> Vector:
-        """Return the change (p,) of the fitted parameters if the fit includes the hidden loads.
+        """Return the largest change (p,) of the parameters if the fit includes the hidden loads.
 
         The half widths of the fit with the hidden loads are added to the magnitude of the change.
         The result is inf if the rows do not determine this fit.

@@ -37,11 +37,11 @@ def spline_scale(orders: Vector, coefficients: Vector) -> float:
 
 
 def weak_orders(parameters: Mapping[str, Interval], confidence: float) -> tuple[str, ...]:
-    """Return the fitted orders whose intervals are wider than under the prior (module docstring).
+    """Return the fitted orders with wider intervals than under the prior (module docstring).
 
-    The scale t of the prior follows from the squares of the coefficients; each square is reduced by
-    the coefficient's variance, and a negative difference counts as 0. The result is empty if all
-    orders have such wide intervals, because the effect would otherwise lose all its columns.
+    The scale t of the prior follows from the squared coefficients. Each square is reduced by the
+    variance of the coefficient, but not below 0. If all orders have such wide intervals, the result
+    is empty, because the effect has to keep at least one column.
     """
     fitted = {name: parameters[name] for name in FITTED_ORDERS if name in parameters}
     if not fitted:

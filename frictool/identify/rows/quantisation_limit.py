@@ -49,7 +49,7 @@ def unresolved_inertia(
 
 
 def hidden_by_noise(noise: float, unexplained: float, bench: Bench) -> bool:
-    """Return True if noise can change the fitted inertia by its half width in bench.yaml or more.
+    """Return True if noise can change the inertia by at least the half width in bench.yaml.
 
     `unexplained` is the rms acceleration [rad/s^2 | m/s^2] that the other regressors do not
     explain. Noise with the rms `noise`, which is a part of `unexplained`, multiplies the fitted
@@ -60,7 +60,7 @@ def hidden_by_noise(noise: float, unexplained: float, bench: Bench) -> bool:
 
 
 def _known(prior: Quantity) -> float:
-    """Return the half width of the interval of `prior`, or its value if it has no interval."""
+    """Return the half width of the interval of `prior`; without an interval, return the value."""
     return 0.5 * (prior.interval[1] - prior.interval[0]) or prior.value
 
 
@@ -72,9 +72,9 @@ def refuse_hidden_inertia(
     acceleration: float,
     smoothing: str,
 ) -> SlidingFit:
-    """Return the fit, without the inertia if the encoder is too coarse to identify the inertia.
+    """Remove the inertia from the fit if the encoder is too coarse to identify the inertia.
 
-    If the inertia is dropped, `refused` contains the reason from `unresolved_inertia`.
+    The field `refused` of the result then contains the reason from `unresolved_inertia`.
     """
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
     if reason is None or "inertia" not in fit.parameters:

@@ -343,7 +343,7 @@ def intervals(
     names: tuple[str, ...],
     confidence: float,
 ) -> dict[str, Interval]:
-    """Return the intervals of the parameters `names` that the function `estimate` computes.
+    """Return intervals of the parameters `names`, which the function `estimate` computes.
 
     `estimate` takes a sum of Gram matrices and a number of rows, and returns the parameters (p,).
     The intervals come from a jackknife that leaves out one cluster at a time.
@@ -374,7 +374,7 @@ def intervals(
 
 
 def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Return the fitted sliding parameters, and the unidentifiable parameters with reasons.
+    """Return the sliding parameters to fit, and the unidentifiable parameters with reasons.
 
     Raises UnusableLogs if there are too few rows.
     """
@@ -420,7 +420,7 @@ def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vec
 def spread_as(
     plain: Mapping[str, Interval], fitted: dict[str, Interval], samples: RegressionSamples
 ) -> dict[str, Interval]:
-    """Return the intervals `fitted`, widened to at least the widths of the intervals `plain`.
+    """Return the intervals `fitted`, each at least as wide as the interval in `plain`.
 
     `plain` are intervals by least squares that include the uncertainty of fixed parameters. Without
     fixed parameters, `fitted` is returned unchanged.

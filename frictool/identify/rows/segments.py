@@ -95,7 +95,7 @@ def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]
 
 
 def of_each_record(segments: Sequence[RecordSegment], what: Callable[[MotionRecord], T]) -> list[T]:
-    """Return `what(record)` for each segment, called once for each record."""
+    """Return `what(record)` for the record of each segment; `what` is called once per record."""
     results: dict[int, T] = {}
     for segment in segments:
         if id(segment.record) not in results:

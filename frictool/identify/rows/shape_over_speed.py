@@ -26,7 +26,7 @@ def named_by_shape(
     values: Mapping[str, float],
     samples: RegressionSamples,
 ) -> Hypothesis:
-    """Return the hypothesis `one`, which is in FALLS, with name and advice that suit its effort.
+    """Return the hypothesis `one` in FALLS, with a name and advice chosen by its fitted effort.
 
     `values` are the fitted parameters of `model`, which contains `one`. A Stribeck curve cannot be
     fitted to an axis with a load.

@@ -79,7 +79,7 @@ def weighted_fit(
     """Return the least-squares fit of slipping samples, weighted by `weigh(samples)` (n,).
 
     Parameters in `droppable` that do not improve the prediction are set to 0. Raises UnusableLogs
-    if no slip is as long as a smoothing window.
+    if the axis never slips throughout a smoothing window.
     """
 
     def fitting(rows: RegressionSamples, used: int) -> SlidingFit:
@@ -100,10 +100,10 @@ def weighted_fit(
 def slipping_fit(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, fitting: Fitting
 ) -> SlidingFit:
-    """Return the fit, by the function `fitting`, of the samples at which the axis certainly slips.
+    """Fit the samples at which the axis certainly slips by the function `fitting`.
 
     If the encoder is too coarse for the inertia, the inertia is reported as not identified. Raises
-    UnusableLogs if no slip is as long as a smoothing window.
+    UnusableLogs if the axis never slips throughout a smoothing window.
     """
     share = SMALLEST_SHARE
     samples, used = slipping(records, bench, share, settings.window)
@@ -158,7 +158,7 @@ def _attenuation(result: SlidingFit, samples: RegressionSamples) -> float:
 
 
 def _unattenuated(result: SlidingFit, unexplained: float, noise: float, bench: Bench) -> Interval:
-    """Return the fitted inertia, with an interval that includes the inertia of a fit without noise.
+    """Return the fitted inertia with an interval that includes the inertia without noise.
 
     Noise of the acceleration with the rms `noise` multiplies the inertia by 1 -
     (noise/unexplained)^2, where `unexplained` is the rms of the acceleration that the other
@@ -194,7 +194,10 @@ def _unexplained_share(samples: RegressionSamples) -> float:
 
 
 def known_inertia(bench: Bench) -> Interval:
-    """Return the inertia in bench.yaml; a missing interval is taken as 0 to twice the value."""
+    """Return the inertia in bench.yaml.
+
+    If bench.yaml states no interval, 0 to twice the value is assumed.
+    """
     known = bench.mechanics.inertia
     return Interval(
         known.value, *(known.interval if known.low is not None else (0.0, 2.0 * known.value))
@@ -202,7 +205,7 @@ def known_inertia(bench: Bench) -> Interval:
 
 
 def _bearable_share(result: SlidingFit, confidence: float) -> float:
-    """Return the largest allowed ratio of noise to acceleration, at most LARGEST_SHARE.
+    """Return the largest allowed ratio of rms noise to rms acceleration, at most LARGEST_SHARE.
 
     With this ratio, noise decreases the inertia by BIAS_SHARE times its standard deviation.
     """
@@ -224,7 +227,11 @@ def stroke_samples(record: MotionRecord) -> float:
 
 
 def shortest_window(records: list[MotionRecord], share: float) -> int:
-    """Return the shortest window [samples] with noise/acceleration <= `share` in each record."""
+    """Return the shortest smoothing window [samples] that bounds the noise in every record.
+
+    In each record, the ratio of the rms noise of the acceleration to the rms acceleration is at
+    most `share`.
+    """
     return max(choose_window(record, stroke_samples(record), share) for record in records)
 
 
@@ -241,7 +248,7 @@ def slipping_window(records: list[MotionRecord], window: int | None) -> int:
 def slipping(
     records: list[MotionRecord], bench: Bench, share: float, window: int | None
 ) -> tuple[RegressionSamples, int]:
-    """Return the samples at which the axis certainly slips, and the longest smoothing window used.
+    """Return the samples at which the axis certainly slips, and the longest smoothing window.
 
     - share: allowed ratio of noise to acceleration, from which the window of each record follows
     - window: smoothing window for all records, samples; None for windows that follow from `share`
@@ -270,7 +277,7 @@ def slipping(
 def _used_rows(
     records: list[MotionRecord], bench: Bench, share: float, window: int | None
 ) -> list[UsedRows]:
-    """Return the rows of `slipping` with the same arguments."""
+    """Return the rows of each record that `slipping` returns for the same arguments."""
     parts = []
     for record in records:
         length = stroke_samples(record)

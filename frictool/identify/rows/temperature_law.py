@@ -63,7 +63,7 @@ def refuse_unknown_temperature(records: Sequence[MotionRecord], bench: Bench) ->
 
 
 def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> SlidingFit:
-    """Return the fit, with a law of friction over temperature if this effect was fitted."""
+    """Add a law of friction over temperature to a fit that contains the effect `temperature`."""
     law = temperatures(records)
     slope, dry, curvature = (fit.effects.get(name) for name in TEMPERATURE_NAMES)
     if law is None or (slope is None and dry is None):
@@ -77,9 +77,10 @@ def with_temperature_law(fit: SlidingFit, records: Sequence[MotionRecord]) -> Sl
 
 
 def with_reference(laws: Laws | None, records: Sequence[MotionRecord]) -> Laws | None:
-    """Return the laws with the reference temperature of the records.
+    """Return the laws, with the reference temperature of the records added.
 
-    The laws are returned unchanged if they already have a temperature, or if a record has none.
+    The laws are returned unchanged if they already contain a temperature, or if a record has no
+    temperature.
     """
     law = temperatures(records)
     if law is None or (laws is not None and laws.temperature is not None):

@@ -243,7 +243,7 @@ def _intervals(model: Model, values: Values, rows: SlipRows) -> float:
 def _stray(
     model: Model, values: Values, motion: SimulatedMotion, limit: float, rows: SlipRows
 ) -> str | None:
-    """Return in words how far the simulated position strays; None if it does not stray."""
+    """Return a text that states how far the simulated position strays; None if it does not."""
     load = None if model.laws is None else model.laws.load
     loaded = load is not None and (load.stiffness is not None or load.gravity is not None)
     if not (loaded or motion.held):
