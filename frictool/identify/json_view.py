@@ -12,6 +12,7 @@ from msgspec import to_builtins
 
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
+from frictool.identify.absolute_intervals import parameter_intervals
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.fit_result import Interval
 from frictool.identify.identification import Identification
@@ -25,8 +26,8 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
         "method": result.method,
         "confidence": result.confidence,
         "logs": [{"name": Path(name).name, "kind": kind} for name, kind in result.kinds.items()],
-        "parameters": _intervals_view(result.identified, bench),
-        "narrowed": _intervals_view(result.narrowed, bench),
+        "parameters": _intervals_view(result.identified, bench, model),
+        "narrowed": _intervals_view(result.narrowed, bench, model),
         "force_error": fit.force_error if fit else None,
         "residual": fit.residual if fit else None,
         "held_out_residual": fit.held_out_residual if fit else None,
@@ -53,16 +54,23 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
     }
 
 
-def _intervals_view(intervals: Mapping[str, Interval], bench: Bench) -> dict[str, Any]:
-    return {
-        name: {
+def _intervals_view(
+    intervals: Mapping[str, Interval], bench: Bench, model: Model | None
+) -> dict[str, Any]:
+    """Return the intervals; those of the model's parameters also as absolute intervals."""
+    rows = [] if model is None else parameter_intervals(model)
+    absolute = {row.name: row.absolute for row in rows}
+    out: dict[str, Any] = {}
+    for name, interval in intervals.items():
+        out[name] = {
             "value": interval.value,
             "low": interval.low,
             "high": interval.high,
             "unit": unit_of(name, bench),
         }
-        for name, interval in intervals.items()
-    }
+        if name in absolute:
+            out[name]["absolute"] = {"low": absolute[name].low, "high": absolute[name].high}
+    return out
 
 
 def _ramp_view(ramp: Breakaway) -> dict[str, Any]:

@@ -101,7 +101,9 @@ def test_a_bench_far_from_the_axis_does_not_replace_what_the_log_bounds(tmp_path
     estimate = load(model, Model).parameters.inertia
     assert estimate.source == "log and bench"
     shown = {name: getattr(estimate, name) for name in ("value", "low", "high", "unit")}
+    absolute = view["narrowed"]["inertia"].pop("absolute")
     assert view["narrowed"] == {"inertia": pytest.approx(shown)}
+    assert low <= absolute["low"] <= absolute["high"] <= high
     assert estimate.low == pytest.approx(low)
     assert low <= estimate.value < 0.1 * value
     assert estimate.high is not None
@@ -201,8 +203,9 @@ def test_plan_and_absolute_intervals_use_a_narrowed_range(tmp_path: Path) -> Non
     exact, uncertain = "{value: 1, unit: N m/A}", "{value: 1, low: 0.9, high: 1.1, unit: N m/A}"
     bench.write_text(bench.read_text().replace(exact, uncertain))
     path = tmp_path / "model.yaml"
-    options = ("--bench", bench, "--method", "least-squares", "-o", path)
-    assert run("identify", log, *options).code == 0
+    options = ("--bench", bench, "--method", "least-squares", "--json", "-o", path)
+    result = run("identify", log, *options)
+    assert result.code == 0, result.stderr
     model = load(path, Model)
     inertia = model.parameters.inertia
     assert inertia.source == "log and bench"
@@ -212,3 +215,9 @@ def test_plan_and_absolute_intervals_use_a_narrowed_range(tmp_path: Path) -> Non
     assert low <= row.absolute.low < row.absolute.high <= high
     assert row.from_logs
     assert not row.identified
+    view = json.loads(result.stdout)
+    shown = view["narrowed"]["inertia"]["absolute"]
+    assert shown == pytest.approx({"low": row.absolute.low, "high": row.absolute.high})
+    coulomb = view["parameters"]["coulomb"]
+    assert coulomb["absolute"]["low"] == pytest.approx(0.9 * coulomb["low"])
+    assert coulomb["absolute"]["high"] == pytest.approx(1.1 * coulomb["high"])
