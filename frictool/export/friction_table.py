@@ -138,9 +138,9 @@ def _position_table(model: Model, head: str) -> str | None:
 def _drive_table(model: Model, sides: list[SlipCurve], top: float, head: str) -> tuple[str, str]:
     """Return a CSV table of currents that balance the friction, and a note on its accuracy.
 
-    The table has up to 20 speeds. The drive uses it for both directions; it contains the mean of
-    their friction. Rows are added where the straight line between two rows is farthest from
-    the friction.
+    The table has up to 20 speeds. The drive uses the table for both directions, so that the table
+    contains the mean of their friction. Rows are added where the straight line between two rows is
+    farthest from the friction.
     """
     speed = _speeds(sides, top, 1001)
     friction = np.mean([side.friction(speed) for side in sides], axis=0)

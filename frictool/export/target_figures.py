@@ -192,5 +192,5 @@ def _run(command: list[str], folder: Path | None = None) -> str:
     if done.returncode != 0:
         lines = (done.stderr or done.stdout).splitlines() or ["no message"]
         first = next((line for line in lines if "error" in line), lines[0])
-        raise FrictoolError(f"{command[0]} ended with {done.returncode}: {first}")
+        raise FrictoolError(f"{command[0]} ended with exit code {done.returncode}: {first}")
     return done.stdout

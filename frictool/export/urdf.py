@@ -227,7 +227,9 @@ def _sdf_joint(path: Path, data: bytes, joint: XmlElement, values: Mapping[str, 
 def _appended(path: Path, data: bytes, parent: XmlElement, text: str) -> bytes:
     if not parent.children:
         raise InputFileError(
-            path, f"<{parent.name}> contains no element; complete it", line=parent.line
+            path,
+            f"<{parent.name}> is empty; allowed: at least one element; write its required elements",
+            line=parent.line,
         )
     last = parent.children[-1]
     line = data.rfind(b"\n", 0, last.start) + 1

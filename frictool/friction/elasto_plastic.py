@@ -74,7 +74,7 @@ class ElastoPlasticLaw(Law):
             unit = ELASTIC_LIMIT.unit(axis)
             raise ValueError(
                 f"elastic_limit is {p[Z_BA]:g} {unit}; allowed: < breakaway/stiffness, "
-                f"{yielded:g} {unit} (otherwise the contact never slides)"
+                f"{yielded:g} {unit}; with a larger value, the contact never slides"
             )
         return p
 

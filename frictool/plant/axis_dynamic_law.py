@@ -31,7 +31,7 @@ class AxisDynamicLaw(NamedTuple):
 
 
 def extension_of(law: Law, laws: AxisLaws, viscous: float) -> FrictionExtension:
-    """Return the extension of a dynamic law that corresponds to the `AxisLaws` of an axis.
+    """Return the `AxisLaws` of an axis as an extension of its dynamic friction law.
 
     viscous: coefficient in the lowest speed range [N m s/rad | N s/m]. Raises ValueError if `laws`
     contain a property that no dynamic law supports; `FrictionExtension.pack` checks the other

@@ -23,8 +23,9 @@ from frictool.reduce.step_report import StepFigure
 class BacklashChain:
     """Backlash of a mechanism in the coordinate of its source.
 
-    chain: links with backlash on that path from the source which has the largest total backlash.
-    width: sum of the widths of the backlash of these links [rad | m].
+    chain: links with backlash on one path; of all paths from the source to a block, this path has
+        the largest total backlash.
+    width: total backlash of `chain` [rad | m].
     before_sensor: width of the backlash between source and sensor [rad | m].
     hiding: names of the links with backlash between source and sensor.
     behind: names of the blocks that the source moves through a backlash.

@@ -89,7 +89,7 @@ def view(mechanism: Mechanism, root: str) -> MechanismView:
 
 
 def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepReport]:
-    """Return the mechanism in the coordinate of the reference block of `source`, and the report.
+    """Return the mechanism in the coordinate of the reference block of `source`, with a report.
 
     Raises NoSolutionError if a block does not move with the reference block, or if a spring
     connects two blocks with different ratios.

@@ -104,7 +104,11 @@ def consistent(mechanism: Mechanism) -> Mechanism:
 def propagated(
     mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], progress: Callable[[str], None]
 ) -> Ends:
-    """Return the interval (low, high) of each number; low = high if no quantity has an interval."""
+    """Return the interval (low, high) of each number of the reduced model.
+
+    If no quantity of the mechanism has an interval, low equals high. `numbers` is the function that
+    reduces a mechanism to these numbers.
+    """
     centre = numbers(mechanism)
     low, high = dict(centre), dict(centre)
     intervals = uncertain(mechanism)

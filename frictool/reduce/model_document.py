@@ -44,7 +44,11 @@ class _Estimates:
     axis: Axis
 
     def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
-        """Return the estimate of `name`; `value` replaces its value and shifts its interval."""
+        """Return the model's estimate of the parameter `name`, with its interval.
+
+        If `value` is not None, it replaces the parameter's value, and the interval is shifted by
+        the difference.
+        """
         nominal = self.one.scalars()[name]
         centre = nominal if value is None else value
         low, high = (end + centre - nominal for end in self.ends.get(name, (nominal, nominal)))

@@ -199,7 +199,8 @@ def _measured(
 def _distance(a: Vector, b: Vector, whole: Vector) -> float:
     """Return the largest difference of the positions a and b.
 
-    Each array ends where its motion leaves the travel; only samples that all three have count.
+    Each of the three arrays ends where its motion leaves the travel. Only the samples that all
+    three arrays contain are compared.
     """
     count = min(a.shape[0], b.shape[0], whole.shape[0])
     return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))

@@ -29,9 +29,9 @@ def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge the largest peak of the drive, from the command and the measured drive.
 
-    The noise of the measured drive is subtracted from the peak of the measured drive. If only this
-    meets the limit, the noise may be an oscillation, and no command is logged, the requirement is
-    undecided.
+    The noise of the measured drive is subtracted from the peak of the measured drive. The
+    requirement becomes undecided if three conditions hold: the limit is met only because of this
+    subtraction, the noise may be an oscillation, and the log contains no command.
     """
     measured = f"peak of the measured {spec.drive}, less its noise floor"
     peaks: list[JudgedValue] = []
@@ -88,7 +88,7 @@ def judge_saturation(
 def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge motion and drive while the axis should be at rest.
 
-    The requirement's value is the drive; its `details` contain the motion.
+    The field `value` of the requirement is the drive; the field `details` contains the motion.
     """
     after = spec.rest.after_s
     undecided = largest_value(spec, REQUIREMENTS["rest"], [], "")

@@ -18,8 +18,8 @@ BOUNDED = "bound from the motor's position and the backlash"
 def judge_load(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge the largest static error of the load.
 
-    The requirement is met if the upper bound of the error is at most the limit. The requirement is
-    not met if the lower bound is above the limit. Otherwise the requirement is undecided.
+    The requirement is met if the upper bound of the error is at most the limit, and not met if the
+    lower bound is above the limit. If the limit is between the bounds, it is undecided.
     """
     undecided = largest_value(spec, REQUIREMENTS["load_static_error"], [], "")
     ratios = [

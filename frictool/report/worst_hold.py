@@ -59,7 +59,8 @@ def largest_value(
 ) -> Requirement:
     """Compare the largest judged value with the metric's limit and return the requirement.
 
-    `undecided`: reason if `judged` is empty. An infinite value does not meet the requirement.
+    If `judged` is empty, the requirement is undecided, with the reason `undecided`. An infinite
+    value does not meet the requirement.
     """
     limit = limit_of(spec, metric.key)
     unit = metric.unit(spec)

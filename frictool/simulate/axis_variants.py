@@ -210,10 +210,11 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
 def breakaway_at(
     parameters: Mapping[str, VariedParameter], coulomb: Vector, parts: Vector
 ) -> Vector | None:
-    """Return breakaways (n,) from the range that belongs to the Coulomb frictions `coulomb` (n,).
+    """Return breakaways (n,), each from the range that is possible with a Coulomb friction.
 
+    - coulomb (n,): Coulomb frictions [N m | N]
     - parameters: result of `parameters_of`
-    - parts (n,): position in the range, 0 (low) to 1 (high)
+    - parts (n,): position of each breakaway in its range, 0 (low) to 1 (high)
 
     Return None if the breakaway has no range.
     """

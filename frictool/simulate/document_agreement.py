@@ -27,7 +27,10 @@ DOCUMENTS = DocumentNames()
 
 
 def refuse(name: str, key: str, message: str) -> NoReturn:
-    """Raise DocumentError for `key` of the document `name`; if this is a file, with the line."""
+    """Raise DocumentError for `key` of the document `name`.
+
+    If `name` is the path of a file, the message contains the line of the key.
+    """
     raise document_error(name, key, message)
 
 

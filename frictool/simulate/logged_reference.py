@@ -55,7 +55,7 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
             log.source,
             (
                 f"has a duration of {float(time[-1]):g} s, but the scenario replays "
-                f"{replay.from_s:g} s to {end:g} s of this log"
+                f"{replay.from_s:g} s to {end:g} s of this log; choose from_s and to_s within it"
             ),
         )
     instants: Vector = replay.from_s + period * np.arange(

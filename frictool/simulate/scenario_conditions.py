@@ -74,9 +74,10 @@ def conditions_of(
 
 
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
-    """Return the conditions, with faults of the drive's sensor for a current drive only.
+    """Return the conditions that act on the control loop.
 
-    A current drive feeds its measured current back. Any other measured drive is only logged.
+    Faults of the drive's sensor act on a current drive only, because it feeds its measured current
+    back. For all other drives, these faults are removed: the measured drive is only logged.
     """
     if rig.drive == "current" or not conditions.size:
         return conditions

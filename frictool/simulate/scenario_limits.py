@@ -17,7 +17,10 @@ SAME_INSTANT = 1e-9  # tolerance of an instant, relative to the duration
 def check_steps(
     scenario: Scenario, period: float, runs: int, name: str, width: float = 1.0
 ) -> None:
-    """Raise DocumentError for a step shorter than a sample, a sine too fast, or too many samples.
+    """Raise DocumentError if the steps of a scenario cannot be sampled.
+
+    The errors are a step shorter than a sample, a sine above half the sampling frequency, and too
+    many samples.
 
     - period: sample period [s]
     - runs, width: as in `check_length`
@@ -80,7 +83,10 @@ def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> N
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
-    """Raise DocumentError for an event after the end, a fault too short, or a sine too fast.
+    """Raise DocumentError if an event of the scenario is impossible with its duration or sampling.
+
+    The errors are an event after the end of the scenario, a sensor fault shorter than a sample, and
+    a sine above half the sampling frequency.
 
     - seconds: duration of the scenario [s]
     - period: sample period [s]

@@ -66,7 +66,7 @@ def test_a_coefficient_that_differs_in_one_bit_fails_on_the_target(
     figures.run_image(image)
     code.write_text(code.read_text().replace(found[1], str(int(found[1]) + 1), 1))
     figures.build_image(image, sorted(folder.glob("*.c")), "cortex-m4")
-    with pytest.raises(FrictoolError, match=r"ended with 1: speed: sample \d+: .* expected"):
+    with pytest.raises(FrictoolError, match=r"exit code 1: speed: sample \d+: .* expected"):
         figures.run_image(image)
 
 
