@@ -8,9 +8,9 @@
     observer   F' = L (K u - J v' - F)           in state form q = F + L J v,  q' = L (K u - F),
                                                  by Euler's method
 
-F is the friction, F_c its Coulomb part, sigma_v the viscous coefficient, v_s a smoothing speed, x
-the position of the axis or of its reference, u the drive, K the effort per unit of drive, J the
-inertia, and L the observer's bandwidth.
+F is the friction, F_c its Coulomb part, sigma_v the viscous coefficient, and v_s a smoothing speed.
+x is the position of the axis or of its reference. u is the drive, K the effort per unit of drive, J
+the inertia, and L the observer's bandwidth.
 
 Section 5.1 of the thesis argues against friction compensation. The model needs the sign of v near v
 = 0, which a coarse encoder cannot provide. If the model has too much friction, the axis moves

@@ -42,8 +42,8 @@ def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
     """Return the biquads of a controller.
 
     Raises NoSolutionError if the controller is scheduled, if it has no second-order sections, or if
-    the number format cannot represent them, and FixedPointOverflow if the input of the sections has
-    no bound.
+    the number format cannot represent the sections. Raises FixedPointOverflow if the input of the
+    sections has no bound.
     """
     linear = controller.linear
     if controller.schedule is not None:

@@ -19,8 +19,8 @@ CHECK = "before you close the loop, check that the position grows during forward
 def reading_notes(controller: Controller) -> dict[str, str]:
     """Return notes on the encoder's reading, by subject (`counts` or `index`).
 
-    The result is empty if the counts grow during forward motion, and if neither scale and offset of
-    `columns.position` nor an index pulse change them.
+    The result is empty if the counts grow during forward motion, and if neither `columns.position`
+    (scale, offset) nor an index pulse changes the counts.
     """
     encoder = controller.bench.encoder
     notes = {}

@@ -247,7 +247,7 @@ class _VectorSequence:
             self.sample(reference)
 
     def block(self, reference: float) -> None:
-        """Keep the axis still until the drive was limited at 50 samples; at most PHASE samples."""
+        """Keep the axis still until the drive has been limited at 50 samples, or PHASE samples."""
         limited = 0
         for _ in range(PHASE):
             self.sample(reference)

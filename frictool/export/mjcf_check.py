@@ -90,9 +90,9 @@ def mjcf_check(model: Model, text: str, log: Log) -> MjcfCheck:
     - text: MJCF file of the model
     - log: log with position and effort, matched to the model's bench
 
-    Raises FrictoolError if MuJoCo is not installed or does not read the file, LogError if the log
-    lacks a signal or has a gap in its first samples, and NoSolutionError if the simulation of the
-    model fails.
+    Raises FrictoolError if MuJoCo is not installed or does not read the file. Raises LogError if
+    the log lacks a signal or has a gap in its first samples. Raises NoSolutionError if the
+    simulation of the model fails.
     """
     mujoco = _mujoco()
     position, effort, period = _record(log)

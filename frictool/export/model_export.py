@@ -68,8 +68,8 @@ def export_model(
     - language: name of a language for models (`languages.py`)
     - origin: origin of the model's document
 
-    Raises NoSolutionError if the language cannot represent a feature of the model and the feature
-    is not left out, and InputFileError if a file of the settings does not fit the model.
+    Raises NoSolutionError if the language cannot represent a feature of the model that is not left
+    out. Raises InputFileError if a file of the settings does not fit the model.
     """
     assert language in MODEL_LANGUAGES
     files, notes = WRITERS[language](model, settings, origin)

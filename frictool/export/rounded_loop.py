@@ -60,8 +60,8 @@ def rounded_loop(
     `biquads`: linear controller with the coefficients of the biquads and without anti-windup; it
         replaces the linear controller of `controller`.
 
-    Raises NoSolutionError, with vertex and value in the message, if the loop or the anti-windup is
-    unstable, the modulus margin is too small, or the norm is above the stored norm.
+    Raises NoSolutionError if the loop or the anti-windup is unstable, the modulus margin is too
+    small, or the norm is above the stored norm. The message contains vertex and value.
     """
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer, coefficient_rounder(number))

@@ -132,7 +132,7 @@ def urdf_files(
     - name: name of the joint; None selects the only joint of the model's kind
     - without: features of the model that are left out
 
-    Raises InputFileError if the file is not a robot description or has no such joint, and
+    Raises InputFileError if the file is not a robot description or has no such joint. Raises
     NoSolutionError if the model has a feature that a joint's dynamics cannot represent.
     """
     model, notes = without_features(model, "URDF and SDF", (), without)

@@ -13,8 +13,8 @@ defines p0, Sigma and v_s.
 
 C_{1->0} is (u < F_c and 0 < v < Sigma) or (u > -F_c and -Sigma < v < 0), (3.2), valid for Sigma > 3
 v_s. At v = 0 the body slips in the direction of the effort. If F_c or F_s differ by direction, p
-contains the values for one direction, which is the direction of the velocity in slip, and the
-direction of the effort at rest.
+contains the values for one direction: in slip the direction of the velocity, at rest the direction
+of the effort.
 """
 
 from __future__ import annotations

@@ -196,9 +196,8 @@ def vertex_controllers(
 ) -> tuple[Lti, ...]:
     """Return a controller for each plant, all in the same state coordinates.
 
-    Let a plant and a controller be convex combinations of all plants and of all controllers, with
-    equal weights. The loop of the two then has a norm of at most `ease` times gamma (thesis 5.46,
-    5.64).
+    Take one convex combination of the plants, and the combination of the controllers with the same
+    weights. The loop of the two has a norm of at most `ease` times gamma (thesis 5.46, 5.64).
     """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 

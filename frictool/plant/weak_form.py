@@ -28,8 +28,9 @@ def effort_weights(period: float, lag: float) -> tuple[float, float, float]:
     """Return the weights of the drives u[k-1], u[k], u[k+1] in a mean of the effort.
 
     lag [s]: time constant of the drive. The mean has a triangular window from sample k-1 to k+1;
-    the sum of the weights is 1. From a sample with the drive u0 (s = 0) to the next with u1 (s =
-    1), the effort is u0 + (u1 - u0) f(s), f = (1 - e^(-r s))/(1 - e^-r), r = period/lag.
+    the sum of the weights is 1. Between a sample with the drive u0 and the next sample with u1, the
+    effort is u0 + (u1 - u0) f(s). s rises from 0 to 1, f = (1 - e^(-r s))/(1 - e^-r), and
+    r = period/lag.
     """
     if lag == 0.0:
         return 0.5, 0.5, 0.0

@@ -127,9 +127,9 @@ def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> tu
 def thresholds(state: AxisSet, p: PlantBox) -> tuple[RoundedInterval, RoundedInterval]:
     """Return the breakaway [N m | N] in the positive and in the negative direction.
 
-    Without backlash, both values are the breakaway of the axis. With backlash, the breakaway in a
-    direction is the breakaway of the axis if the motor pushes the load in this direction, else the
-    breakaway of the motor alone.
+    Without backlash, both values are the breakaway of the axis. With backlash, a direction in which
+    the motor pushes the load has this breakaway; any other direction has the breakaway of the motor
+    alone.
     """
     return (
         p.breakaway if _carries(state, p, 1) else p.gap_breakaway,

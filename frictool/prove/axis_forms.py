@@ -185,7 +185,7 @@ def breakaways(contact: int, forward: bool, c: AxisCell) -> tuple[float, float]:
 
 @kernel
 def prepare(f: Forms, o: int, c: AxisCell, nodes: Vector, weights: Vector) -> None:
-    """Compute those coefficients of a motion in a known direction that depend on viscous friction.
+    """Compute the coefficients that depend on viscous friction, for a motion in a known direction.
 
     nodes, weights: Gauss quadrature on [-1, 1].
     """

@@ -513,7 +513,7 @@ def ratios_of(test: BoxTest, path: str) -> CellRatios:
 
 
 def halves(test: BoxTest, path: str) -> Iterator[str]:
-    """Yield the paths of both halves of a cell; the largest of its relative `sizes` is halved."""
+    """Yield the paths of both halves of a cell, divided along the largest of its `sizes`."""
     relative = sizes(test, path)
     letter = LETTERS[relative.index(max(relative))]
     yield path + letter

@@ -43,11 +43,14 @@ class RigFacts:
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:
-        """Return these data as they apply to a log; settings of a simulation take precedence."""
+        """Return the bench's data as they apply to a log.
+
+        For a simulated log, settings of the simulation replace data of the bench.
+        """
         return self.simulated(facts_of_text(log.metadata.get(RECORD, {})))
 
     def simulated(self, facts: Mapping[str, float]) -> RigFacts:
-        """Return these data with the encoder step of a simulation.
+        """Return the bench's data with the encoder step of a simulation.
 
         The drive limit is the lower of the limits of bench and simulation.
         """

@@ -56,10 +56,12 @@ def run_signals(
 def lattice_distances(position: Vector, step: float) -> tuple[Vector, float]:
     """Return (distances between neighbouring distinct positions, sum of these distances in steps).
 
-    position (n,): multiples of `step`, as an encoder measures them. The sum of the distances
-    divided by the second value is the `encoder_step` of the positions. The second value is 0 if the
-    positions have too few different values or no common step. The second value is OFF_LATTICE if a
-    position is not a multiple of `step` or if the range of the positions is too large.
+    position (n,): multiples of `step`, as an encoder measures them.
+
+    The sum of the distances divided by the second value is the `encoder_step` of the positions. The
+    second value is 0 if the positions have too few different values or no common step. It is
+    OFF_LATTICE if a position is not a multiple of `step` or if the range of the positions is too
+    large.
     """
     if step <= 0.0:
         return np.empty(0), OFF_LATTICE
@@ -118,8 +120,9 @@ def step_metrics(
     - origin, target: reference before and after the step
     - final: mean of the last `tail` positions
 
-    The settling sample is the first sample from which the position stays in the 95 % zone (`final`
-    ± 5 % of the step, at least one sensor step), or -1 if the axis does not settle.
+    The 95 % zone is `final` ± 5 % of the step, or ± one sensor step if this is larger. The settling
+    sample is the first sample from which the position stays in the zone; -1 if the axis does not
+    settle near the target.
     """
     amplitude = target - origin
     zone = max(ZONE * abs(amplitude), resolution) * ROUNDED

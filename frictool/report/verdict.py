@@ -303,9 +303,10 @@ def _overspeed(evidence: Sequence[StreamEvidence], bench: Bench | None) -> list[
 
 
 def _extrapolated(logs: Sequence[Log], controller: Controller | None) -> list[str]:
-    """Return a warning for each log that leaves the positions of the model's logs by far.
+    """Return a warning for each log with positions far outside those in the model's logs.
 
-    A simulated log states these positions; for a recorded log, the controller states them.
+    A simulated log states the positions of the model's logs; for a recorded log, the controller
+    states them.
     """
     known = None if controller is None else controller.logged_positions
     notes = []

@@ -169,10 +169,10 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
     offset, and the backlash if bench.yaml states a backlash. The range of a parameter contains the
     model's interval and the range in bench.yaml.
 
-    The breakaway has such a range if `breakaway_interval` returns an interval, and the model has
-    Coulomb friction and no presliding. Otherwise, a range of the ratio of breakaway to Coulomb
-    friction is used (`breakaway_ratio`). This ratio is constant if the model has presliding, or
-    states no interval of the breakaway.
+    The breakaway has a range if the model has Coulomb friction and no presliding, and
+    `breakaway_interval` returns an interval. Without this interval, the ratio of breakaway to
+    Coulomb friction has a range (`breakaway_ratio`). If the model has presliding, or states no
+    interval of the breakaway, this ratio is constant.
     """
     bench = model.bench
     nominal = nominal_levels(model)

@@ -4,9 +4,9 @@
     -> record -> sensors -> stream
 
 The logged position is the encoder's reading. The drive is measured with white noise of standard
-deviation `drive_noise`, drawn for each variant from the random generator PCG64 with the seed
-(`seed` of the scenario, index of the variant). The log also contains true signals, which a bench
-cannot measure (simulate/axis_channels.py).
+deviation `drive_noise`. The noise of each variant is drawn from the random generator PCG64 with the
+seed (`seed` of the scenario, index of the variant). The log also contains true signals, which a
+bench cannot measure (simulate/axis_channels.py).
 """
 
 from __future__ import annotations
@@ -251,7 +251,7 @@ class StepTest(Generic[V]):
         return log if provenance is None else with_provenance(log, provenance)
 
     def _extrapolated(self, loop: SimulatedLoop) -> list[str]:
-        """Return a warning if the reference leaves the positions of the model's logs by far."""
+        """Return a warning if the reference is far outside the positions in the model's logs."""
         low = min(loop.start, float(loop.reference.min()))
         high = max(loop.start, float(loop.reference.max()))
         words = extrapolated_words(self.plant.rig.logged_positions, low, high, "steps")

@@ -63,8 +63,8 @@ def rig_of_mechanism(
 ) -> tuple[Rig, ControlledAxis]:
     """Return the rig that a controller sees, and the indices of the controlled axis.
 
-    Raises ElementError if the mechanism has several sources or sensors and `control` does not
-    select a source and a sensor, or if the sensor does not measure a position.
+    Raises ElementError if the sensor does not measure a position. It is also raised if the
+    mechanism has several sources or sensors, and `control` does not select one of each.
     """
     source, sensor = controlled_indices(document, assembled)
     drives, senses = (

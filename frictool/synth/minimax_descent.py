@@ -5,8 +5,9 @@
 S is the sensitivity, M the required modulus margin. The problem is solved for finitely many
 frequencies by sequential quadratic programming (scipy's SLSQP), in a trust region (box) around the
 current parameters. Then the exact norm of every loop and its peak frequency are computed. The step
-is accepted only if every loop is stable and the step either reduces a violation of the margin or,
-without a violation, reduces the exact worst norm; otherwise the box shrinks. The peak frequencies
+is accepted only if every loop is stable and the new point is better: a violation of the margin is
+smaller or, without a violation, the exact worst norm is smaller. After a rejected step, the box
+shrinks. The peak frequencies
 are added to the finite set, so that the maximum over the set converges to the exact norm.
 """
 

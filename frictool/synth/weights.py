@@ -148,9 +148,9 @@ class _WeightRules:
     def _least_amplitude(self, error: FirstOrderWeight) -> float:
         """Return the amplitude A at which the noise of one count alone reaches the limit of W2.
 
-        A is step/e_stat for a position loop and M_mod z2 step for a speed loop, with the encoder
-        step, the static error e_stat, the modulus margin M_mod and the bandwidth z2 of the error
-        weight W2.
+        A is step/e_stat for a position loop and M_mod z2 step for a speed loop. `step` is the
+        encoder step, e_stat the static error, M_mod the modulus margin, and z2 the bandwidth of the
+        error weight W2.
         """
         step = self.model.bench.encoder.resolution
         margin = error.gain * error.pole / error.zero

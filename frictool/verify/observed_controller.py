@@ -141,10 +141,10 @@ def with_observer(
 
 
 def _digested(merged: Controller, source: Controller) -> Controller:
-    """Return the document with new digests of the replaced blocks.
+    """Return the document with new digests of the blocks that the observer changes.
 
-    A block that was changed after its verification keeps its old digest, so that the change remains
-    visible.
+    A block that was changed before, after its verification, keeps its old digest, so that this
+    change remains visible.
     """
     if not source.verified.digests:
         return merged

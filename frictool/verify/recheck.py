@@ -141,10 +141,12 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
 def recheck(controller: Controller) -> None:
     """Check a document before its coefficients are used: intervals, stability and margins.
 
-    Raises NoSolutionError if the document's intervals do not contain the parameter ranges of the
-    bench, a corner of the certificate's intervals is not a vertex, a loop at a vertex is unstable
-    or has less than the specified margin, or a margin under `verified` differs from the margin of
-    the coefficients.
+    Raises NoSolutionError in these cases:
+
+    - The document's intervals do not contain the parameter ranges of the bench.
+    - A corner of the certificate's intervals is not a vertex of the document.
+    - A loop at a vertex is unstable or has less than the specified margin.
+    - A margin under `verified` differs from the margin of the coefficients.
     """
     check_document(controller, margins=True)
     check_box(controller)

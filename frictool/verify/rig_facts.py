@@ -1,7 +1,7 @@
 """Facts in bench.yaml other than plant parameters: timing, limits, encoder and springs.
 
 A controller is verified for these facts. The facts are a mapping from the names in FACTS to numbers
-in SI units, so that a bench, a model, a mechanism and a log can be compared.
+in SI units. In this form, the facts of a bench, a model, a mechanism and a log can be compared.
 """
 
 from __future__ import annotations

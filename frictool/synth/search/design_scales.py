@@ -10,9 +10,9 @@ band          largest error at rest: static_error (if missing, STATIC_ERROR time
               at least one encoder step
 release       True if the drive may be switched off at rest
 
-T is the sample period, `delay` the delay in samples, `lag` the time constant of the drive, `limit`
-the drive's limit or, if smaller, the specified peak, K the effort per unit of the drive, J the
-inertia, F the Coulomb friction.
+T is the sample period, `delay` the delay in samples, and `lag` the time constant of the drive.
+`limit` is the smaller of the drive's limit and the specified peak. K is the effort per unit of the
+drive, J the inertia, and F the Coulomb friction.
 """
 
 from __future__ import annotations

@@ -324,7 +324,10 @@ class CandidateSearch:
         return value
 
     def _play(self, design: Design, unit: Vector, parent: float) -> tuple[Candidate, float]:
-        """Return the candidate and its shortfall, which may be a lower bound if above `parent`."""
+        """Play a candidate, and return it with its shortfall.
+
+        If the shortfall exceeds `parent`, the returned value may be a lower bound.
+        """
         controller = self.controller(design)
         few = [plant for plant in self.order if plant in self.hard]
         runs = [self.tests.screen(controller, few, self._above(max(parent, PROMISING)))]
