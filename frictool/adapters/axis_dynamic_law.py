@@ -108,8 +108,9 @@ def assumed_fall(model: Model) -> str:
 def _bank(fitted: MaxwellSlip, breakaway: float, limit: float) -> tuple[float, Vector]:
     """Return the displacement [rad | m] at breakaway, and the array (2 n,) of a Maxwell bank.
 
-    The bank of n elements (`bank_tail`) has the fitted curve up to the breakaway. If the curve ends
-    below the breakaway, a straight line extends it to the point (`limit`, breakaway).
+    The bank of n elements (`bank_tail`) follows the fitted curve of force over displacement up to
+    the breakaway. If the curve ends below the breakaway, a straight line extends the curve to the
+    point (`limit`, breakaway).
     """
     displacement, force = np.array(fitted.displacement), np.array(fitted.force)
     below = force < breakaway

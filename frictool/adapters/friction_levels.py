@@ -61,11 +61,10 @@ def coulomb_factor(model: Model, wanted: float) -> float:
 
 
 def least_breakaway(model: Model) -> float:
-    """Return the smallest forward breakaway [N m | N] with the model's Coulomb friction.
+    """Return the smallest forward breakaway [N m | N] that is nowhere below the Coulomb friction.
 
-    Without a separate shape of the breakaway over the position, the result is the forward Coulomb
-    friction. Otherwise, it is the smallest level for which the breakaway is at least the Coulomb
-    friction at every position in both directions.
+    The condition applies to every position and to both directions. If the breakaway has no separate
+    shape over the position, the result is the forward Coulomb friction.
     """
     today, laws = model.parameters, model.laws
     least: float = today.coulomb.value
@@ -103,9 +102,9 @@ def viscous_level(model: Model) -> Ends:
 
 
 def viscous_factor(model: Model, wanted: float) -> float | None:
-    """Return the factor on all slopes that gives the viscous level `wanted`.
+    """Return the factor on all viscous slopes that gives the viscous level `wanted`.
 
-    Return None if all slopes are 0.
+    Return None if all slopes are 0, so that no factor can give another level.
     """
     level = 0.5 * sum(max(slope.value for slope in slopes) for slopes in _slopes(model))
     return wanted / level if level > 0.0 else None

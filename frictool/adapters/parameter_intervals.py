@@ -74,11 +74,12 @@ def ranges(
 
 
 def breakaway_interval(model: Model) -> tuple[float, float] | None:
-    """Return the interval of the breakaway [N m | N] if the Coulomb friction does not determine it.
+    """Return an interval of the breakaway [N m | N] that does not depend on the Coulomb friction.
 
     If bench.yaml has a range of the breakaway, the result covers this range and the model's
-    interval. Otherwise, if the logs show the breakaway but not the Coulomb friction, the result is
-    the model's interval. In all other cases, return None; `breakaway_ratio` then applies.
+    interval. Without this range, the result is the model's interval if the logs show the breakaway
+    but not the Coulomb friction. In all other cases, the result is None; the breakaway then follows
+    from the Coulomb friction by `breakaway_ratio`.
     """
     today, lifelong = model.parameters, model.bench.mechanics.breakaway
     if lifelong is not None and lifelong.interval[0] < lifelong.interval[1]:
@@ -91,10 +92,11 @@ def breakaway_interval(model: Model) -> tuple[float, float] | None:
 def breakaway_ratio(model: Model) -> tuple[float, float]:
     """Return the range of breakaway divided by Coulomb friction, at least 1.
 
-    The range is the model's interval of the breakaway, divided by the Coulomb friction. It is cut
-    to the range of three quotients: of the lower ends, of the values, and of the upper ends of the
-    two intervals. A breakaway that was assumed to be 1 to 1.5 times the Coulomb friction therefore
-    gives the range 1 to 1.5. The Coulomb friction must be above 0.
+    The range is the intersection of two ranges. The first is the model's interval of the breakaway,
+    divided by the Coulomb friction. The second spans three quotients of breakaway and Coulomb
+    friction: of the lower ends, of the values, and of the upper ends of the intervals. If the
+    breakaway was assumed to be 1 to 1.5 times the Coulomb friction, the result is 1 to 1.5. The
+    Coulomb friction must be above 0.
     """
     breakaway, coulomb = model.parameters.breakaway, model.parameters.coulomb
     value = breakaway.value / coulomb.value

@@ -203,7 +203,9 @@ def command(
 ) -> None:
     refuse_both(rest["cores"], rest["cluster"])
     if evaluations is not None and rest["worst"] is None:
-        raise click.UsageError("--evaluations belongs to --worst.")
+        raise click.UsageError(
+            "--evaluations belongs to --worst; add --worst FOLDER, or leave it out."
+        )
     from frictool.campaign.campaign_run import CampaignRequest
 
     chosen = {

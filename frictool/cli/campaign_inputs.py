@@ -84,10 +84,10 @@ def setting_of(
 
 
 def commands_of(paths: CampaignPaths, folder: Path, number: ProgramNumber) -> Commands:
-    """Return a function that maps a scenario file to two commands that simulate the scenario.
+    """Return a function that takes a scenario file in `folder` and returns two shell commands.
 
-    The scenario is a file in `folder`. In the first command, all files have base names; in the
-    second command, they have the paths that the user typed.
+    Both commands simulate the scenario. The first command names all files without folders, the
+    second with the paths that the user typed.
     """
     from frictool.campaign.trials.worst_case import replay_command
 

@@ -176,7 +176,7 @@ def command(
         return
     for name, value in precise.items():
         if value is not None:
-            raise click.UsageError(f"--{name} belongs to --for.")
+            raise click.UsageError(f"--{name} belongs to --for; add --for, or leave it out.")
     _check_options(kind, options)
     check_targets({"-o": output, "--plot": plot}, [bench])
     from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite

@@ -97,7 +97,8 @@ def write_precise(run: PreciseRun) -> None:
             say(text(test.sequence, target, bench), run.output)
     missed = _missed(run.wanted, {k: v for one in tests for k, v in one.half_widths.items()}, bench)
     if missed:
-        note(f"missed within {run.options['duration']:g} s: {', '.join(missed)}")
+        duration = run.options["duration"]
+        note(f"a test of {duration:g} s is not precise enough: {', '.join(missed)}")
         click.get_current_context().exit(EXIT_NO)
 
 
@@ -113,7 +114,7 @@ def _missed(wanted: dict[str, float], promised: dict[str, float], bench: Any) ->
             continue
         reached = promised[name] / value
         if reached > part * (1.0 + 1e-9):
-            out.append(f"{name} {100 * reached:.3g} % (wanted {100 * part:.3g} %)")
+            out.append(f"{name} {100 * reached:.3g} % (requested {100 * part:.3g} %)")
     return out
 
 

@@ -39,7 +39,7 @@ def bench_of(path: Path) -> Bench:
 
 
 def note_returning_ramps(sequence: ExcitationSequence, bench: Bench) -> None:
-    """Warn if the test consists of ramps, between which a load may move the axis back."""
+    """Warn if a load may move the axis back between the ramps of a test."""
     from frictool.identify.excite.breakaway_ramps import returning_ramps
 
     warning = returning_ramps(bench) if sequence.kind == "breakaway" else None

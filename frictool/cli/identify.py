@@ -385,7 +385,7 @@ def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -
         name for name, value in (many if each is None else alone).items() if value not in (None, ())
     ]
     if wrong and each is None:
-        raise click.UsageError(f"{wrong[0]} belongs to --each.")
+        raise click.UsageError(f"{wrong[0]} belongs to --each; add --each, or leave it out.")
     if wrong:
         raise click.UsageError(
             f"{wrong[0]} does not work with --each, which recognises ramps itself."

@@ -61,7 +61,7 @@ class IdentifyEachCommand:
 
     @property
     def table(self) -> Path | None:
-        """Return the file for the table; None if stdout carries JSON."""
+        """Return the file for the table, by default stdout; None if only JSON is printed."""
         if self.folder is not None:
             return self.folder / TABLE
         return self.output if self.output is not None or self.as_json else STDOUT
@@ -70,8 +70,7 @@ class IdentifyEachCommand:
 def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
     """Identify a model from each log or folder, and return the exit code.
 
-    If the logs have different exit codes (`frictool.errors`), 4 precedes 1, 1 precedes 3, and 3
-    precedes 0.
+    The exit code is the first of 4, 1, 3 and 0 that a log has (`frictool.errors`).
     """
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest

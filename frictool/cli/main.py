@@ -209,9 +209,9 @@ def _warn_of_missing_effect(path: str, text: str) -> None:
 def _prepare() -> None:
     """Prepare the process: one thread for linear algebra, robust streams, few garbage collections.
 
-    Several threads would sum in another order and change the output. A closed stream is replaced. A
-    character outside the terminal's encoding is escaped. A garbage collection would visit the many
-    objects of imported packages in vain.
+    With several threads, linear algebra would sum in another order and change the last digits.
+    stdout and stderr are replaced if they are closed, and escape characters that the terminal's
+    encoding lacks. A garbage collection would only search the many objects of imported packages.
     """
     gc.set_threshold(GARBAGE, *gc.get_threshold()[1:])
     atexit.register(gc.freeze)

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
 def observe_fleet(request: ObserveRequest, logs: Sequence[Path]) -> int:
     """Estimate the wear in all logs, and return the exit code.
 
-    The exit code is EXIT_NO if the wear exceeds its limit, or if this is undecided (unless
-    --allow-undecided is used); else EXIT_INPUT if a log could not be read completely, else
-    EXIT_DONE.
+    The exit code is the first that applies:
+
+    - EXIT_NO if the wear in a log exceeds its limit, or is undecided without --allow-undecided
+    - EXIT_INPUT if a log could not be read completely
+    - EXIT_DONE
     """
     from frictool.cli.standard_input import stdin_as_file
     from frictool.documents.provenance import provenance_of_command

@@ -40,9 +40,10 @@ class ObserveRequest:
     allow_undecided: bool
 
     def answer_is_no(self, exceeded: bool | None) -> bool:
-        """Return True if the exit code must be 1, which means a negative answer.
+        """Return True if the exit code must be 1: limit exceeded, or undecided and not allowed.
 
-        exceeded: True if the wear limit is exceeded, None if this is undecided.
+        exceeded: True if the wear exceeds the limit, None if this is undecided. The option
+        --allow-undecided allows None.
         """
         return not self.allow_undecided if exceeded is None else exceeded
 

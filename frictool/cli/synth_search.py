@@ -56,7 +56,10 @@ class SearchedDesign:
 
 
 def design_path(controller: Path | None) -> Path | None:
-    """Return the path of the design next to `controller`; None if this is None or stdout."""
+    """Return the path of the design, next to `controller`.
+
+    Return None if `controller` is None or stdout.
+    """
     if controller is None or controller == STDOUT:
         return None
     return controller.with_name(f"{controller.stem}.design.yaml")

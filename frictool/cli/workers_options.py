@@ -36,6 +36,6 @@ def refuse_both(cores: int | None, cluster: str | None) -> None:
     """Raise UsageError if --cores and --cluster are used together."""
     if cores is not None and cluster is not None:
         raise click.UsageError(
-            "--cores applies to this machine; with --cluster, the cluster determines the "
-            "number of workers."
+            "--cores applies to this machine only; the cluster has its own number of workers: "
+            "leave out --cores or --cluster."
         )

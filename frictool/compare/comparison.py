@@ -147,7 +147,7 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """Yield a function like `map` that uses `workers` processes; 1: the present process."""
+    """Yield a function like `map` that runs in `workers` processes, or in this process for 1."""
     if workers <= 1:
         yield map
         return

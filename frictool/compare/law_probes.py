@@ -111,9 +111,9 @@ def stiction(compliance: bool, holds: bool, settles: bool) -> str:
 def settles(law: Callable[[float, float], tuple[float, float]], setting: ComparisonSetting) -> bool:
     """Return True if a sliding mass comes to rest in a simulation with a fixed step.
 
-    The effort is half the Coulomb friction. The mass comes to rest if it does not move in the
-    second half of the simulation. Euler's method never gives exactly v = 0; under a law that sticks
-    only at v = 0, the mass therefore does not come to rest.
+    The effort is half the Coulomb friction. The mass is at rest if it does not move in the second
+    half of the simulation. Euler's method never gives exactly v = 0. Under a law that sticks only
+    at v = 0, the mass therefore never comes to rest.
 
     `law`: the law as printed in the thesis (`law_as_printed`).
     """

@@ -137,7 +137,7 @@ class LawSimulator:
             self.packed(law)
 
     def refusals(self, laws: tuple[str, ...]) -> dict[str, str]:
-        """Return the reason, for each law that does not support an extension of the setting."""
+        """Map each law that does not support an extension of the setting to the reason."""
         reasons = {}
         for law in laws:
             try:
@@ -154,7 +154,10 @@ class LawSimulator:
         return LAWS[law].pack_shared(law_values(self._setting), self._setting.axis)
 
     def defaults(self, laws: tuple[str, ...]) -> list[str]:
-        """Return a line of text for each parameter of `laws` that has its default value."""
+        """Return a line of text for each parameter of `laws` whose default is used.
+
+        The default is used if the setting does not contain the parameter.
+        """
         values = law_values(self._setting)
         return [
             f"the comparison of {law} uses {parameter.name} = {parameter.default:g} "

@@ -81,10 +81,10 @@ def _hybrid(
 
 
 def law_as_printed(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
-    """Return a static law as printed in the thesis: it maps (v, u) to (friction, mass velocity).
+    """Return a static law as printed in the thesis: a function of the velocity v and effort u.
 
-    v is the velocity, u the effort. The mass velocity is v, but 0 at low speeds for a law that
-    treats low speeds as rest.
+    The function returns the friction and the velocity with which the mass moves. This velocity is
+    v; a law that treats low speeds as rest returns 0 instead of a low v.
     """
     kernels = law.kernels
     assert isinstance(kernels, StaticKernels)

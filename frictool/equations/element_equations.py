@@ -39,9 +39,11 @@ class ElementEquations:
 def spring(name: str, element: Spring, notation: Notation, start: float) -> ElementEquations:
     """Return the equations of a spring: F = k e + d e' + F0, or F = curve(e) + d e'.
 
-    e is the stretch, k the stiffness, d the damping, and F0 the preload. The effort on the first
-    end is -F. start: q_a - q_b at the start [rad | m]. If a spring with stiffness has no key
-    `free`, e is 0 at the start; with a curve, e is q_a - q_b.
+    F acts on the second end, and -F on the first end. k is the stiffness, d the damping, F0 the
+    preload, and e the stretch. The stretch is q_a - q_b minus the unstretched length: the key
+    `free`, by default the value at the start. With a curve, e is q_a - q_b.
+
+    start: q_a - q_b at the start [rad | m].
     """
     key = f"links.{name}"
     first, second = element.between
@@ -236,8 +238,8 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
 def source(name: str, element: Source, notation: Notation) -> ElementEquations:
     """Return the equations of a source.
 
-    The effort of the source is an input, or a constant times an input current or voltage. The
-    document may add a constant effort u0.
+    The effort of the source is the input u, or a constant times the input current or voltage. If
+    the document states a constant effort u0, u0 is added.
     """
     key = f"sources.{name}"
     block = element.on

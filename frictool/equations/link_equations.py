@@ -106,9 +106,10 @@ def link_equations(
 def _relations(
     name: str, link: Transmitting, notation: Notation, ratio: Term, offset: float, constrains: bool
 ) -> tuple[Equation, ...]:
-    """Return the constraint q_b = ratio q_a + o, or the definition e = q_b - ratio q_a - o.
+    """Return the constraint q_b = ratio q_a + o of a rigid link without backlash.
 
-    The second form is for a link with backlash or compliance; o is the offset.
+    For a link with backlash or compliance, return the definition e = q_b - ratio q_a - o of the
+    stretch e. o is the offset.
     """
     a, b = link.between
     key = f"links.{name}"

@@ -299,7 +299,7 @@ def test_refusals_name_limit_and_remedy(tmp_path: Path) -> None:
     assert "with --ramps FILE" in both.stderr
     short = excite("--for", "inertia=0.1%", "--duration", "5")
     assert short.code == 1
-    assert "missed within 5 s: inertia" in short.stderr
+    assert "a test of 5 s is not precise enough: inertia" in short.stderr
 
 
 @pytest.mark.parametrize("limit", [0.3, 0.5, 1.0, 1.001, 1.5, 3.0])

@@ -252,7 +252,7 @@ class ElementArrays:
     def note_short_curves(self, groups: tuple[RigidGroup, ...]) -> None:
         """Add a note for each curve that ends before a stop of its block.
 
-        A stop on another block also counts if rigid links connect that block to the block of the
+        Stops on other blocks also count, if rigid links connect these blocks to the block of the
         curve.
         """
         for element in self.document.links.values():
