@@ -149,8 +149,8 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker process.
 
-    - bench: text of bench.yaml, which the model copies; a `Bench` object would not show which
-      fields the text leaves out
+    - bench: text of bench.yaml, which is copied into the model; unlike a `Bench` object, the text
+      shows which fields are left out
     - bench_input: entry of the bench in the model's provenance
     - patterns: patterns that extract unit and date from the file name of a log
     """

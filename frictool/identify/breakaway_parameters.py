@@ -77,7 +77,8 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     for record in logs.ramps:
         if record.velocity is not None:
             raise UnusableLogs(
-                f"{record.name} has no position, from which the time of a breakaway is computed"
+                f"{record.name} has no position, from which the time of a breakaway is computed; "
+                "log the position"
             )
     _refuse_returning(logs, sliding)
     identified = sliding.identified
@@ -211,10 +212,10 @@ def _over_position(fit: SlidingFit) -> bool:
 
 
 def _with_coulomb_of_ramps(logs: AxisLogs, outcome: Outcome, law: BreakawayOverPosition) -> Outcome:
-    """Return the outcome with the mean Coulomb friction over the positions of the ramps.
+    """Replace Coulomb friction by its mean over the positions of the ramps.
 
-    The fit gives the mean over the samples in slip. The Coulomb friction is assumed to vary over
-    the position in proportion to the breakaway.
+    The fit gives the mean over the samples in slip, which may be at other positions. The Coulomb
+    friction is assumed to vary over the position in proportion to the breakaway.
     """
     coulomb = outcome.identified.get("coulomb")
     if coulomb is None or not logs.rows:

@@ -77,7 +77,7 @@ class AcceptedEffects:
     - held_out: squared prediction error of the effort in strokes left out of the fit, divided by
       the error without the effects
     - scatter: half width of the interval of each shift; 0 for a parameter that is not a key
-    - whole: the same change with the effort of the effects as fitted, without a limit
+    - whole: `shift` with the fitted effort of the effects, without a limit
     - settle: advice on a test, or a change of bench.yaml, that would show whether the last effect
       acts
     - one_sided: True if the effects can shift a parameter in the direction of `shift` only
@@ -629,7 +629,7 @@ def unlikely_change(one: Interval, other: Interval) -> float:
 
 
 def inertia_of_other_method(fit: SlidingFit) -> bool:
-    """Return True if the inertia comes from one of two methods: weak form or means over strokes."""
+    """Return True if the inertia comes from the weak form or from means over strokes."""
     return fit.method == STROKE_MEANS or "position_order" in fit.details
 
 

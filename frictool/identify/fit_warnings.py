@@ -193,8 +193,8 @@ def unstable_load_warnings(
 def extrapolated_spring_warnings(fit: SlidingFit, logged: Span | None, bench: Bench) -> list[str]:
     """Return a warning if a spring is extrapolated over much of the bench's travel.
 
-    Gravity is a law of the angle, and a ripple is periodic. A spring, however, may become stiffer
-    beyond `logged`, the positions of the logs.
+    `logged` contains the positions of the logs. Beyond these positions, a spring may become
+    stiffer, whereas gravity and ripples are known functions of the position.
     """
     load = None if fit.laws is None else fit.laws.load
     travel = bench.mechanics.travel

@@ -93,7 +93,7 @@ class _Samples:
 
     - model: regressors (n, k) of the model; the first is the acceleration
     - late: first and second derivative of the effort, (n, 2), the regressors of a delay
-    - rivals: additional regressors (n, j) of the rival
+    - rivals: additional regressors (n, j) of the rival fit (module docstring)
     - effort: effort (n,)
     - stroke: number of the stroke of each sample, (n,)
     - noise: rms noise of the acceleration, divided by the rms acceleration

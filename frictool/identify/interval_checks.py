@@ -77,8 +77,8 @@ def _factor(interval: Interval) -> str:
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
     """Return the interval of a friction parameter with a negative value replaced by 0.
 
-    The interval is unchanged if its value is not negative, if it lies wholly below 0, or if it
-    overlaps the interval in bench.yaml.
+    The interval is unchanged in three cases: the value is not negative; the whole interval is
+    negative; the interval overlaps the interval in bench.yaml.
     """
     nearly_none = (
         name in NEVER_NEGATIVE

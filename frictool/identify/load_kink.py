@@ -105,7 +105,7 @@ class LoadKink:
     - margin: largest error of `position`, rad | m
     - jump: change of the effort at the knot, N m | N; 0 if only the stiffness changes
     - bend: change of the stiffness at the knot, N m/rad | N/m
-    - rise: effort at the end of the positions beyond the knot, N m | N, if the load begins at the
+    - rise: effort at the outermost position beyond the knot, N m | N, if the load begins at the
       knot and stiffens; else 0
     - above: True if most samples lie at positions above the knot
     - squares: (squared prediction error with the kink)/(squared error with the best smooth load),
@@ -134,7 +134,7 @@ class LoadKink:
         return part if part is not None and stroke_samples(part) > 0.0 else None
 
     def valid_side(self, axis: Axis) -> ValidSide:
-        """Return the side of the knot with most samples; the model is valid on this side."""
+        """Return the side of the knot with most samples, on which the model is valid."""
         ends = self.position - self.margin, self.position + self.margin
         position = Quantity(self.position, *ends, unit=si_unit("position", axis))
         return ValidSide("above" if self.above else "below", position)
@@ -229,7 +229,7 @@ class _KinkSearch:
         )
 
     def changes(self, knots: Sequence[float], rows: NDArray[np.bool_] | slice) -> Tensor:
-        """Return the regressors of the shape at the n selected rows for k knots, (k, n, q).
+        """Return the regressors of the searched load at the n selected rows for k knots, (k, n, q).
 
         The jump is smoothed by the kernel of the effort. The speed is assumed to be constant within
         a smoothing window.

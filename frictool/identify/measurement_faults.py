@@ -175,8 +175,8 @@ def _dips(effort: Vector, strokes: Strokes) -> float:
 def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
     """Raise UnusableLogs if the fit explains a noiseless effort almost exactly without friction.
 
-    `fit` must be a regression. The residual of a simulation is no proof, since it also vanishes
-    with the inertia.
+    `fit` must be a regression, because the residual of a simulation tends to 0 with the fitted
+    inertia.
     """
     coulomb = fit.parameters.get("coulomb")
     if coulomb is None or fit.residual > SELF_EXPLAINED:

@@ -326,7 +326,7 @@ def _on_grid(record: MotionRecord) -> MotionRecord:
         raise LogError(
             record.name,
             f"nowhere has 3 successive samples without a gap of more than {LONGEST_BRIDGE:g} "
-            f"periods (period: {record.period:g} s)",
+            f"periods (period: {record.period:g} s); log without gaps",
         )
     joined = [np.concatenate(signals) for signals in zip(*parts, strict=True)]
     return replace(
@@ -368,7 +368,7 @@ def velocity_record(
     good = np.isfinite(time) & np.isfinite(velocity) & np.isfinite(effort)
     time, velocity, effort = time[good], velocity[good], effort[good]
     if velocity.size == 0 or np.ptp(velocity) == 0.0:
-        raise LogError(name, "has no position, and its velocity does not change")
+        raise LogError(name, "has no position, and its velocity does not change; log a motion")
     position = scipy.integrate.cumulative_trapezoid(velocity, time, initial=0.0)
     count = velocity_count(velocity)
     record = make_record(
@@ -485,10 +485,9 @@ def fitted_sensor_lag(record: MotionRecord, bench: Bench) -> float:
 def without_lag(record: MotionRecord, bench: Bench) -> MotionRecord:
     """Return the record of a voltage drive with the effort before the lag, held between samples.
 
-    This reverses `lagged`. The effort that is held from the last sample of a gap-free part has no
-    effect in the record; it is taken as equal to the preceding effort. The record is returned
-    unchanged if the drive is not a voltage drive, or if the record contains a lag of the position
-    sensor.
+    This reverses `lagged`. The record does not determine the effort after the last sample of a
+    gap-free part; it is taken as equal to the preceding effort. The record is returned unchanged if
+    the drive is not a voltage drive, or if the record contains a lag of the position sensor.
     """
     if record.lag == 0.0 or record.sensor_lag > 0.0 or not bench.actuator.winding_delays:
         return record

@@ -148,9 +148,9 @@ def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Int
 
 
 def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) -> str:
-    """Return a message about opposite signs, with logs, evidence `shown`, and remedy.
+    """Return a message about opposite signs: names of the logs, evidence, and remedy.
 
-    `shown` is the evidence.
+    `shown` is the evidence as text.
     """
     wrong = reversed_signal("effort", records[0].position, records[0].reference)
     return (

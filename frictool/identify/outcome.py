@@ -85,11 +85,11 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return an outcome with the `offered` parameters that have informative intervals.
+    """Accept the `offered` parameters that have informative intervals, and refuse the others.
 
-    The other `offered` parameters are refused. If a refused interval narrows the range of the
-    parameter in bench.yaml, the outcome contains the intersection of interval and range. `reasons`
-    contains parameters that the method has refused, with the reasons.
+    If a refused interval narrows the range of the parameter in bench.yaml, the outcome contains the
+    intersection of interval and range. `reasons` contains the parameters that the method has
+    refused, with the reasons.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})

@@ -27,13 +27,13 @@ def sensor_lag_doubts(
     regression: EffectRegression,
     wide: Mapping[str, Interval],
 ) -> list[tuple[str, str]]:
-    """Return [("inertia", warning)] if the inertia may leave its interval by a sensor lag, or [].
+    """Return [("inertia", warning)] if a sensor lag may put the inertia outside its interval.
 
-    `wide` contains the interval of the inertia. The warning is for the longest lag that is at most
-    LONGEST and within the interval of the delay that the regression fits. There is no warning if
-    the bench states the lag, if the model contains a delay, if the log excludes lags above
-    SHORTEST, or if the lag is shorter than the time between the readings of effort and position in
-    one row of the log.
+    Otherwise, the result is []. `wide` contains the interval of the inertia. The warning is for the
+    longest lag that is at most LONGEST and within the interval of the delay that the regression
+    fits. There is no warning if the bench states the lag, if the model contains a delay, if the log
+    excludes lags above SHORTEST, or if the lag is shorter than the time between the readings of
+    effort and position in one row of the log.
     """
     late = next((one for one in regression.free if one.term == DELAY), None)
     if late is None or lag_is_known(records, bench):

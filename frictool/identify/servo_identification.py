@@ -88,7 +88,9 @@ def identify_servo(
     free = _free(records, bench, start)
     segments = gap_free_segments(records)
     if not segments:
-        raise UnusableLogs("no gap-free part of the logs is long enough to simulate")
+        raise UnusableLogs(
+            "no gap-free part of the logs is long enough to simulate; log without gaps"
+        )
     fixed = {name: value for name, value in start.items() if name not in free}
     simulated = ServoSimulation(segments, bench, free, fixed)
     unseen = _unseen(simulated, start)

@@ -128,7 +128,8 @@ def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened for disturbing effects that the model lacks.
 
     The intervals do not change in two cases: the drive was off, so that the effort does not show
-    the effects; or a comparison method has a large force error, of which `fit_warnings` warns.
+    the effects; or the method serves for comparison only and has a large force error, of which
+    `fit_warnings` warns.
     """
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if logs.drive_off or (doubtful and METHODS[logs.method].comparison):

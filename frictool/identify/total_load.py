@@ -116,7 +116,10 @@ def _positions(load: Load, bench: Bench) -> Vector | None:
 
 
 def _nodes(efforts: Matrix) -> list[int] | None:
-    """Return node indices for the efforts (n, d) of d loads; None if the loads are dependent."""
+    """Return the position index of each node for the efforts (n, d) of d loads.
+
+    The module docstring defines the nodes. Return None if the loads are linearly dependent.
+    """
     scaled = efforts / np.max(np.abs(efforts), axis=0)
     _, triangle, order = scipy.linalg.qr(scaled.T, pivoting=True, mode="economic")
     size = np.abs(np.diag(triangle))

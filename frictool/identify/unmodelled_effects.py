@@ -130,7 +130,7 @@ class WidenedFit:
     def doubts(self, identified: Mapping[str, Interval]) -> dict[str, tuple[str]]:
         """Return a warning for each parameter that the effect `beyond` moves out of its interval.
 
-        An effect that the intervals include needs no warning (`notes`).
+        An effect that the intervals include causes no warning; `notes` reports it.
         """
         what, names = self.beyond or ("", ())
         moved = [name for name in names if self._widened(name, identified)]

@@ -113,9 +113,9 @@ def winding_delay(
 ) -> WindingDelay | None:
     """Return the increase of the inertia due to the winding of a voltage drive.
 
-    `viscous` is the viscous friction of the fit. Return None without a voltage drive, if the model
-    lacks the inertia, if neither the model contains a delay nor the records contain a lag, or if
-    the computed increase is not positive.
+    `viscous` is the viscous friction of the fit. Return None in four cases: the drive is no voltage
+    drive; the model lacks the inertia; neither the model contains a delay nor the records contain a
+    lag; the computed increase is not positive.
     """
     if regression is None or not bench.actuator.winding_delays:
         return None
@@ -168,12 +168,13 @@ def current_between_samples(
 ) -> list[AcceptedEffects]:
     """Return the shift of the inertia if a current drive holds the voltage between two samples.
 
-    The result is empty without a current drive, and if the bench states the lag of the current. A
-    logged voltage that explains the current determines the resistance R, the back-EMF constant and
-    usually the inductance L. Otherwise, the bench has to state R, and the fitted delay has to
-    exceed half a sample period T. Readings of a current that is held between samples have no such
-    delay. If L is unknown, the largest possible shift is returned. The shift is positive if the
-    fitted delay exceeds T/2, else negative. Without a fitted delay, both signs are possible.
+    The result is empty if the drive is no current drive, or if the bench states the lag of the
+    current. A logged voltage that explains the current determines the resistance R, the back-EMF
+    constant and usually the inductance L. Without such a voltage, the bench has to state R, and the
+    fitted delay has to exceed half a sample period T: readings of a current that is held between
+    samples have no such delay. If L is unknown, the largest possible shift is returned. The shift
+    is positive if the fitted delay exceeds T/2, else negative. Without a fitted delay, both signs
+    are possible.
     """
     actuator = bench.actuator
     if regression is None or actuator.drive != "current" or actuator.logged_lag_s > 0.0:

@@ -158,7 +158,7 @@ def test_a_still_log_is_the_answer_no(tmp_path: Path) -> None:
     refused(
         run("identify", log, "--bench", CLUTCH, "-o", target),
         1,
-        "the axis never moves by more than one encoder count\n",
+        "the axis never moves by more than one encoder count; record longer strokes\n",
     )
     assert not target.exists()
 

@@ -31,8 +31,8 @@ USUAL = AssessmentRequest()
 class NotIdentifiable(FrictoolError):
     """Error: the bench cannot reach a requested precision.
 
-    The message names the parameters. If a finer encoder or a longer test helps, the message also
-    names this remedy.
+    The message names the parameters that miss their precision. If a finer encoder or a longer test
+    would help, the message also states this remedy.
     """
 
     exit_code = EXIT_NO

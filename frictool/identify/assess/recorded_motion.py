@@ -38,7 +38,9 @@ def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInput
     """
     stroke_table = np.concatenate([_strokes(record) for record in records])
     if stroke_table.size == 0:
-        raise UnusableLogs("the axis never moves by more than one encoder count")
+        raise UnusableLogs(
+            "the axis never moves by more than one encoder count; record longer strokes"
+        )
     strokes = _representatives(stroke_table)
     known = bench.mechanics
     fastest, slowest = time_constants(bench)

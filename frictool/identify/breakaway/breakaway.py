@@ -201,7 +201,8 @@ def _breakaway(
         if load.free:
             raise inseparable(load, "too few positions in each direction") from None
         raise UnusableLogs(
-            f"the breakaways do not determine how friction varies with position: {error}"
+            f"the breakaways do not determine how friction varies with position: {error}; "
+            "record more ramps"
         ) from None
     positions = data.positions
     rising = law = slope = None

@@ -272,10 +272,11 @@ class OnsetData:
     def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
-        The position fitted to an onset is a linear function of the position that the fit assumes:
-        fitted = a + b*assumed. Fitted and assumed position are equal at a/(1 - b), which depends
-        only on the times at which the count changes. The result is the average of a/(1 - b) and the
-        middle of the count (uniform distribution), with weights 1/variance.
+        The fit to an onset prefers an assumed position. The fitted position is a linear function of
+        the assumed position: fitted = a + b*assumed. The position a/(1 - b), at which the two are
+        equal, depends only on the times at which the count changes. The result is the average of
+        a/(1 - b) and the middle of the count, weighted by 1/variance. The variance of the middle is
+        that of a uniform distribution over the count.
         """
         low, high = (
             self.table.efforts(axis, shape, expected, self.fall)[1] for expected in (0.0, 1.0)

@@ -112,7 +112,7 @@ def with_further_orders(data: OnsetData, fit: BreakawayFit) -> BreakawayFit:
 
 
 def load_slope(positions: BreakawayPositions, fit: BreakawayFit, bench: Bench) -> float | None:
-    """Return the slope [N m/rad | N/m] of a load that explains the onsets, or None.
+    """Return the slope [N m/rad | N/m] of a load that explains the onsets, or None without one.
 
     The load is a spring or, on a rotary axis, gravity. The load is fitted together with a friction
     that is equal in both directions. Such a fit explains the onsets if it needs at most as many

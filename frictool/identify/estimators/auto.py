@@ -285,7 +285,7 @@ def inertia_over_position(
 
 
 def joined(fit: SlidingFit, other: SlidingFit, method: str, why: str) -> SlidingFit:
-    """Return `fit` with the inertia of `other`, a fit by `method`; `why` is the reason as text."""
+    """Return `fit` with the inertia of `other`, a fit by `method`; the text `why` is the reason."""
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
     inertia = {"inertia": other.parameters["inertia"]}
     details = {name: other.details[name] for name in WEAK_DETAILS if name in other.details}

@@ -59,9 +59,10 @@ def friction_force(
 ) -> SlidingFit:
     """Return viscous friction, Coulomb friction, breakaway and offset for a known inertia.
 
-    The known inertia is the value in bench.yaml. Raises UnusableLogs if `check_records` raises it,
-    if the cut-off is too high for the sample rate, if the axis certainly slips in too few samples,
-    or if all strokes have one direction and the bench has no `mechanics.offset`.
+    The known inertia is the value in bench.yaml. Raises UnusableLogs if the records do not suit the
+    method (`check_records`), if the cut-off is too high for the sample rate, if the axis certainly
+    slips in too few samples, or if all strokes have one direction and the bench has no
+    `mechanics.offset`.
     """
     check_records(records)
     inertia = known_inertia(bench)
@@ -160,7 +161,10 @@ def check_records(records: list[MotionRecord], _bench: Bench | None = None) -> N
         directions = np.unique(find_strokes(record).sign)
         moving = directions[directions != 0.0]
         if moving.size == 0:
-            raise UnusableLogs(f"{name}: the axis does not move by more than an encoder count")
+            raise UnusableLogs(
+                f"{name}: the axis does not move by more than an encoder count; record a "
+                "longer stroke"
+            )
         if moving.size > 1:
             raise UnusableLogs(
                 f"{name} reverses, but friction-force needs a stroke in one direction; cut one "

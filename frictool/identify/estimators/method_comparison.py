@@ -92,7 +92,8 @@ class PredictionScore:
     def leaves(self) -> bool:
         """Return True if the simulated position is far outside the range of the measured positions.
 
-        The condition is an rms position error above this range; such an error has no meaning.
+        The result is True if the rms position error exceeds this range; such an error has no
+        meaning.
         """
         return not self.position <= self.extent
 

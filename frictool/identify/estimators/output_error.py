@@ -94,7 +94,7 @@ def influences(
 
 
 def cluster_numbers(segments: Sequence[RecordSegment]) -> list[NDArray[np.int64]]:
-    """Return the cluster number of each sample, (m,) for each segment.
+    """Return, for each segment, the cluster number of each of its m samples, (m,).
 
     Successive clusters are joined if there would be more than MOST_CLUSTERS.
     """

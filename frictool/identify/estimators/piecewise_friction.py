@@ -69,7 +69,7 @@ class StrokeMeans:
     nuisance: Matrix | None = None
 
     def mean(self, values: Vector) -> Vector:
-        """Return the mean of `values` (n,), one value per sample, over each part, (m,)."""
+        """Return the means (m,) over the parts of `values` (n,), which has one value per sample."""
         return np.asarray(np.add.reduceat(values, self.starts) / self._lengths)
 
     @cached_property

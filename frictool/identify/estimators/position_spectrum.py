@@ -142,7 +142,7 @@ def best_whole_number(
 
 
 def rounded_wave_number(peak: SpectrumPeak) -> float:
-    """Return the wave number [1/rad] of a peak, rounded if nearly whole (cycles per turn)."""
+    """Return the wave number [1/rad] of a peak; if it is nearly an integer, return this integer."""
     nearest = float(round(peak.number))
     near = abs(nearest - peak.number) <= min(SNAP * peak.resolution, FARTHEST)
     return nearest if near and nearest >= 1.0 else peak.number

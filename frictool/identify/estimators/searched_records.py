@@ -95,15 +95,17 @@ class SearchedRecords:
             if length > 0.0
         ]
         if not moving:
-            raise UnusableLogs("the axis never moves by more than one encoder count")
+            raise UnusableLogs(
+                "the axis never moves by more than one encoder count; record longer strokes"
+            )
         used, windows = zip(*moving, strict=True)
         return cls(used, bench, settings, windows)
 
     def smoother(self, factor: float) -> SearchedRecords:
         """Return the records with smoothing windows that are `factor` times as long.
 
-        A longer window is at most a quarter of the record's median stroke, and a shorter window at
-        least SHORTEST samples.
+        Windows that become longer are limited to a quarter of the record's median stroke. Windows
+        that become shorter keep at least SHORTEST samples.
         """
         longest = (LONGEST_SHARE * stroke_samples(record) for record in self.records)
         windows = tuple(
@@ -160,7 +162,7 @@ class SearchedRecords:
     def samples_of_records(self, waves: tuple[float, ...]) -> list[RegressionSamples]:
         """Return the regression rows of `samples` separately for each record.
 
-        Raises UnusableLogs if no slip is as long as a smoothing window.
+        Raises UnusableLogs if the axis never slips throughout a smoothing window.
         """
         declared = self.bench.load or LoadTerms(("offset",))
         terms = (*(one.term for one in self.hypotheses), *RIPPLES[: len(waves)])
@@ -175,7 +177,9 @@ class SearchedRecords:
             every = max(least_step, window // ROWS_PER_WINDOW)
             parts.append(slipping_rows(record, bench, window, smoothed(record, window), every))
         if all(part.velocity.size == 0 for part in parts):
-            raise UnusableLogs("no slip lasts a whole smoothing window; record longer strokes")
+            raise UnusableLogs(
+                "the axis never slips throughout a smoothing window; record longer strokes"
+            )
         return parts
 
     def rows(self, waves: tuple[float, ...]) -> ReducedRows:

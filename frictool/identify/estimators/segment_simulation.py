@@ -241,7 +241,7 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
     if not solution.success and solution.status != 0:
         raise UnusableLogs(f"the output-error search does not converge: {solution.message}")
     if float(np.max(np.abs(solution.fun))) * size >= min(map(failed_residual, simulated.segments)):
-        raise UnusableLogs("the simulation does not follow the measured signal")
+        raise UnusableLogs("the simulation does not follow the measured signal; use least-squares")
     values = dict(zip(names, (solution.x * scale).tolist(), strict=True))
     return SimulationFit(
         {**simulated.fixed, **values}, solution.fun * size, solution.jac * size / scale

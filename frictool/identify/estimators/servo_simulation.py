@@ -68,7 +68,7 @@ def driven_viscous(values: Mapping[str, float]) -> float:
 
 @dataclass(frozen=True)
 class ServoSimulation:
-    """Simulation of segments of servo logs.
+    """Simulation of segments of the logs of a servo, with one model.
 
     - names: names of the fitted parameters
     - fixed: values of the other parameters, SI

@@ -168,8 +168,8 @@ def stribeck_curve(
 def check_records(records: list[MotionRecord], bench: Bench | None = None) -> None:
     """Raise UnusableLogs if the records have too few runs at constant speed.
 
-    If all runs have one direction, the bench must state an offset; without `bench`, the offset is
-    not checked.
+    If all runs have one direction, the bench must state an offset. This is not checked if `bench`
+    is None.
     """
     if find_runs(records).one_way and bench is not None:
         _known_offset(bench)

@@ -110,7 +110,9 @@ def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) ->
     Raises UnusableLogs if the records are too short for a segment.
     """
     if not simulated.segments:
-        raise UnusableLogs("the records are too short to compare simulated strokes")
+        raise UnusableLogs(
+            "the records are too short to compare simulated strokes; record more strokes"
+        )
     out = []
     for segment, strokes in zip(
         simulated.segments, of_each_record(simulated.segments, find_strokes), strict=True

@@ -79,7 +79,9 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     deviation, window = weak_deviation(strokes, axis, sensing, settings.window)
     samples, parts = _windows(records, bench, window)
     if samples.velocity.size == 0:
-        raise UnusableLogs("no slip lasts a whole window of the weak form; record longer strokes")
+        raise UnusableLogs(
+            "the axis never slips throughout a window of the weak form; record longer strokes"
+        )
     structure = FrictionStructure()
     if parameters_of(samples) == (SLIDING, {}):
         structure = choose_structure(samples, parts, OVERLAP, settings.confidence)

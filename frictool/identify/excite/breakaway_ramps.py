@@ -259,8 +259,8 @@ def breakaway_ramps(
 def ramp_duration(bench: Bench, rates: Vector) -> Vector:
     """Return the duration (n,) [s] of a ramp with its pause, for each rate.
 
-    rates: slopes (n,) of the ramps, N m/s | N/s. A travel has SEGMENTS ramps. All pauses are as
-    long as the pause after the fastest ramp, after which the axis coasts for longest.
+    rates: slopes (n,) of the ramps, N m/s | N/s. There are SEGMENTS ramps over the travel. The
+    pause is the same for all rates: the axis has to come to rest even after the fastest ramp.
     """
     limits = limits_of(bench)
     top, slopes = _default_top(bench, limits), rates / bench.actuator.constant.value

@@ -87,12 +87,9 @@ def excite(kind: str, bench: Bench, settings: ExcitationSettings) -> ExcitationS
     ExcitationSequence
         Reference or drive command in SI units, one row per sample.
 
-    Raises
-    ------
-    NoSolutionError
-        If the test exceeds a limit of the bench or has more than MOST_SAMPLES samples, or if it
-        takes longer than LONGEST although no setting determines its length. The message names the
-        limit.
+    Raises ------ NoSolutionError If the test exceeds a limit of the bench, if it has more than
+    MOST_SAMPLES samples, or if a test of default length takes longer than LONGEST. The message
+    names the limit.
     """
     sequence = MAKERS[kind](bench, limits_of(bench), settings)
     names = LENGTHS[kind]

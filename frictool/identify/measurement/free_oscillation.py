@@ -46,7 +46,7 @@ DELAYS = 9  # number of tested delays of the effort
 
 
 class Rigidity(NamedTuple):
-    """Properties of an axis from which its oscillations are predicted if the axis is rigid.
+    """Properties of an axis that predict its oscillations under the assumption that it is rigid.
 
     - inertia: smallest inertia, kg m^2 | kg
     - late: longest delay between effort and position, in either direction, s

@@ -34,7 +34,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     if command.size < 10 * PARTS or float(np.ptp(command)) == 0.0:
         raise UnusableLogs(
             "the commanded current does not change, or the record is too short to "
-            "determine the lag of the current loop"
+            "determine the lag of the current loop; record longer, with changes of the command"
         )
     if np.array_equal(command, measured):
         raise UnusableLogs(
@@ -70,7 +70,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     if lag < 1.1 * SHORTEST * period or lag < SURE * float(solution.deviation[-1]):
         raise UnusableLogs(
             f"with a sample period of {period:g} s, the lag of the current loop is too short to be "
-            f"measured: {lag:.3g} s, +-{half:.3g}"
+            f"measured: {lag:.3g} s, +-{half:.3g} s; log at a higher rate"
         )
     return Interval.around(lag, half, 0.0)
 

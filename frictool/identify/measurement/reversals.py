@@ -135,7 +135,7 @@ class ReversalRows:
 
 @dataclass(frozen=True)
 class ReversalErrors:
-    """Largest errors that the regression of the backlash does not show.
+    """Largest errors of the data that the regression of the backlash does not show.
 
     - reversal: error of the position of a reversal, rad | m
     - delay: error of the delay between position and effort, s
@@ -281,18 +281,18 @@ class ReversalRegression:
             ) from None
 
     def with_width(self, width: float) -> LeastSquaresSolution:
-        """Return the regression with the backlash, linearised in its width [rad | m].
+        """Return the solution with a backlash, linearised at the width `width` [rad | m].
 
-        The last parameter is the error of the width.
+        The last parameter is the correction of this width.
         """
         return self.solved(self._linearised(width))
 
     def change_with_delay(self, width: float) -> float:
         """Return the change of the estimated width per change of the delay [rad/s | m/s].
 
-        The delay shifts the effort in time: its error times the slope of the effort is an error of
-        the effort, which the regression linearised at `width` [rad | m] partly assigns to the
-        width. Other parameters change, too, so that the result may exceed the speed of the axis.
+        An error of the delay changes the effort by this error times the slope of the effort. The
+        regression, linearised at `width` [rad | m], assigns a part of this change to the width.
+        Other parameters change, too, so that the result may exceed the speed of the axis.
         """
         columns = self._linearised(width)
         return float(np.linalg.lstsq(columns, self.plain[:, SLOPE], rcond=None)[0][-1])

@@ -95,7 +95,8 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
     if quality[ELEMENTS - 1] < ENOUGH * loops.breakaway.value:
         raise UnusableLogs(
             f"the loops reach {100.0 * quality[ELEMENTS - 1] / loops.breakaway.value:.3g} % "
-            f"of the breakaway; needed for the presliding distance: at least {100 * ENOUGH:g} %"
+            f"of the breakaway; needed for the presliding distance: at least {100 * ENOUGH:g} %; "
+            "raise the effort of the loops"
         )
     left = np.array([statistics(_stiffnesses(gram - one, right - other)) for one, other in parts])
     deviation = np.sqrt((count - 1) / count * np.sum((left - left.mean(axis=0)) ** 2, axis=0))

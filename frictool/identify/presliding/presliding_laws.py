@@ -82,7 +82,7 @@ def _checked(fit: T) -> T:
     if isinstance(fit, MaxwellFit) and not (fit.limit.low > 0.0 and fit.stiffness.low > 0.0):
         raise UnusableLogs(
             f"the presliding distance z_max is not determined: its interval [{fit.limit.low:.3g}, "
-            f"{fit.limit.high:.3g}] rad or m contains zero"
+            f"{fit.limit.high:.3g}] rad or m contains zero; record more loops"
         )
     return fit
 

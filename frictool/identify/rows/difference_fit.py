@@ -67,7 +67,9 @@ def differenced(records: list[MotionRecord], time_constant: float) -> tuple[Regr
     """
     parts = [_rows(record, time_constant) for record in records]
     if sum(part.velocity.size for part in parts) == 0:
-        raise UnusableLogs("the axis never moves by more than one encoder count")
+        raise UnusableLogs(
+            "the axis never moves by more than one encoder count; record longer strokes"
+        )
     return joined(parts), max(3, memory_of(time_constant, records[0].period))
 
 

@@ -146,8 +146,8 @@ def _attenuation(result: SlidingFit, samples: RegressionSamples) -> float:
     """Return the relative decrease of the fitted inertia by noise of the acceleration; at most 1.
 
     The noise is the white noise of the position, filtered like the acceleration, but at most the
-    noise whose effort is the residual. Rounding errors of a slow motion last several samples, and
-    the filter removes them better than white noise. The residual then shows less noise.
+    residual divided by the inertia. This limit matters in slow motion: rounding errors then last
+    several samples, and the filter removes them better than white noise.
     """
     inertia = result.parameters.get("inertia")
     unexplained = samples.unexplained_acceleration
@@ -207,7 +207,8 @@ def known_inertia(bench: Bench) -> Interval:
 def _bearable_share(result: SlidingFit, confidence: float) -> float:
     """Return the largest allowed ratio of rms noise to rms acceleration, at most LARGEST_SHARE.
 
-    With this ratio, noise decreases the inertia by BIAS_SHARE times its standard deviation.
+    With this ratio, noise decreases the inertia by BIAS_SHARE times the inertia's standard
+    deviation.
     """
     inertia = result.parameters.get("inertia")
     if inertia is None or inertia.value <= 0.0:
@@ -241,7 +242,9 @@ def slipping_window(records: list[MotionRecord], window: int | None) -> int:
     Raises UnusableLogs if the axis never moves by more than one encoder count.
     """
     if all(stroke_samples(record) == 0.0 for record in records):
-        raise UnusableLogs("the axis never moves by more than one encoder count")
+        raise UnusableLogs(
+            "the axis never moves by more than one encoder count; record longer strokes"
+        )
     return window or shortest_window(records, SMALLEST_SHARE)
 
 
@@ -253,7 +256,7 @@ def slipping(
     - share: allowed ratio of noise to acceleration, from which the window of each record follows
     - window: smoothing window for all records, samples; None for windows that follow from `share`
 
-    Raises UnusableLogs if no slip is as long as a smoothing window.
+    Raises UnusableLogs if the axis never slips throughout a smoothing window.
     """
     parts, windows = [], []
     for record in records:
@@ -269,7 +272,7 @@ def slipping(
     if sum(part.velocity.size for part in parts) == 0:
         backlash = " outside the backlash" if full_backlash(bench) else ""
         raise UnusableLogs(
-            f"no slip{backlash} lasts a whole smoothing window; record longer strokes"
+            f"the axis never slips{backlash} throughout a smoothing window; record longer strokes"
         )
     return joined(parts), max(windows)
 

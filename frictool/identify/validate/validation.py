@@ -247,7 +247,8 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
 def _check(record: MotionRecord, request: ValidationRequest) -> None:
     if record.velocity is not None:
         raise LogError(
-            record.name, "has a velocity and no position; a validation compares positions"
+            record.name,
+            "has a velocity and no position; a validation compares positions; log the position",
         )
     if float(np.ptp(record.position)) <= 2.0 * record.resolution:
         raise LogError(
