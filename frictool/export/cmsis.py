@@ -91,7 +91,7 @@ def _signal(controller: Controller) -> str:
 def cmsis_header(
     controller: Controller, number: Number, arrays: CmsisArrays, margin: float, origin: ExportOrigin
 ) -> dict[str, str]:
-    """Return the header as a mapping of the file name to the text."""
+    """Return the text of the header, by its file name."""
     name = c_identifier(controller.name)
     biquads = arrays.biquads
     values = RealNumbers("float").literal if number == "float" else str

@@ -102,7 +102,7 @@ def encoder_wrap(controller: Controller) -> EncoderWrap | None:
 def wrap_context(
     controller: Controller, numbers: NumberWriter, position: int
 ) -> dict[str, Any] | None:
-    """Return the values of the C templates; None if the encoder never wraps.
+    """Return the values for the C templates of NAME_unwrap; None if the encoder never wraps.
 
     `position`: index of the program's node of the position.
     """

@@ -60,7 +60,7 @@ def normalised_coefficients(
 def mean_over(
     coefficients: Sequence[float] | Vector, low: float, high: float, first: float, last: float
 ) -> float:
-    """Return the mean over [first, last] of a polynomial, with its end values outside [low, high].
+    """Return the mean over [first, last] of a polynomial that is constant outside [low, high].
 
     `first` must be below `last`.
     """

@@ -76,7 +76,7 @@ class SwitchedGains:
 
     gamma is proved by thesis (6.9) with the matrices P_i.
 
-    - decay: factor lambda on the error per sample
+    - decay: upper bound lambda of the factor by which the error changes per sample
     - smallest_gamma: smallest gamma for lambda = 1 (in `QuietGains`: for the requested lambda)
     - t: scaling of the states
     - p: matrices P_i for the scaled states t^-1 x; in SI units, rounding errors would hide the
@@ -156,7 +156,7 @@ def proved_gamma(
 
     gamma bounds |weighted error|/|model error|.
 
-    - decay: largest factor on the error per sample
+    - decay: upper bound of the factor by which the error changes per sample
     - p: P_i of each mode, for states x_p with x = t x_p
     """
     if any(

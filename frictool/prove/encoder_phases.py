@@ -247,8 +247,8 @@ def _stand(loop: LoopOfPlant, branch: _Branch) -> None:
 def _after_rest(loop: LoopOfPlant, branch: _Branch, first: int, last: int) -> AxisSet:
     """Return the set of states at sample `last` after a rest, in which only the drive changes.
 
-    The drive stays in the smallest interval that contains its initial value and the commands. This
-    interval is used up to the last FOLLOWED samples; for these samples, the drive is computed.
+    The drive stays in the smallest interval that contains its initial value and the commands. The
+    drive is computed for the last FOLLOWED samples only; before them, this interval is used.
     """
     acting = [float(branch.command[k - loop.delay]) if k >= loop.delay else 0.0
               for k in range(first, last)]  # fmt: skip

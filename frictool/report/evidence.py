@@ -181,7 +181,7 @@ def log_labels(logs: Sequence[Log]) -> list[str]:
 
 
 class AboutStream(NamedTuple):
-    """Facts on a stream that its signals do not show: label, origin and modulus margin."""
+    """Facts on a stream that are not in its signals: label, origin and modulus margin."""
 
     label: str
     nominal: bool

@@ -19,7 +19,8 @@ def judge_load(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     """Judge the largest static error of the load.
 
     The requirement is met if the upper bound of the error is at most the limit, and not met if the
-    lower bound is above the limit. If the limit is between the bounds, it is undecided.
+    lower bound is above the limit. If the limit is between the bounds, the requirement is
+    undecided.
     """
     undecided = largest_value(spec, REQUIREMENTS["load_static_error"], [], "")
     ratios = [

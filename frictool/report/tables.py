@@ -71,7 +71,7 @@ def _hold(evidence: StreamEvidence, measured: HoldMetrics) -> tuple[str, ...]:
 
 
 def cell(measured: HoldMetrics, name: str) -> str:
-    """Return a metric of one hold as text: its value or both bounds.
+    """Return a metric of one hold as text: the value, or both bounds if no value is known.
 
     An infinite value is shown as `never`, an unknown value as a dash.
     """

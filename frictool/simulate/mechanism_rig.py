@@ -93,7 +93,7 @@ def rig_of_mechanism(
 
 
 def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, float]:
-    """Return the data of verify/rig_facts.py, but no springs: the mechanism contains them."""
+    """Return the data of verify/rig_facts.py, without springs, which are part of the mechanism."""
     winding = source.winding
     return {
         "sample_period_s": document.sample_period_s,

@@ -76,8 +76,8 @@ def conditions_of(
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
     """Return the conditions that act on the control loop.
 
-    Faults of the drive's sensor act on a current drive only, because it feeds its measured current
-    back. For all other drives, these faults are removed: the measured drive is only logged.
+    Faults of the drive's sensor act in the loop of a current drive only, which feeds the measured
+    current back. For all other drives, these faults are removed: the measured drive is only logged.
     """
     if rig.drive == "current" or not conditions.size:
         return conditions

@@ -46,8 +46,8 @@ def accept(
     Raises NoSolutionError if a condition is violated:
 
     - All loops are stable with the delay in bench.yaml, and with each longer delay that is checked.
-      With the delay in bench.yaml, they have the specified modulus margin. Both conditions also
-      apply to the loops with the model's resonances and spring.
+      With the delay in bench.yaml, all loops have the specified modulus margin. Both conditions
+      also apply to the loops with the model's resonances and spring.
     - With coefficients rounded to double or float, the loops have the specified margin, and the
       norm is at most 1 % larger than without rounding.
     - The loop through the virtual friction of a limit-cycle limiter is stable at rest.

@@ -58,8 +58,8 @@ class LoadDisturbance:
 def disturbance(model: Model) -> LoadDisturbance:
     """Return the largest load terms within the intervals of the model.
 
-    Raises NoSolutionError if the sum of load and Coulomb friction may exceed the actuator's effort.
-    A model with a spring must have a stiffness >= 0 and a travel; else NoSolutionError is raised.
+    Raises NoSolutionError if the sum of load and Coulomb friction may exceed the actuator's effort,
+    and for a spring with a negative stiffness or on a bench without a travel.
     """
     load = (model.laws.load if model.laws else None) or Load()
     today = model.parameters

@@ -37,7 +37,7 @@ def stored_forms(k: Lti) -> LinearController:
     Raises NoSolutionError in three cases:
 
     - `k` has two integrators.
-    - `k` without its integrator is unstable; it would diverge at the drive's limit.
+    - `k` without its integrator is unstable; its states would diverge while the drive is limited.
     - The frequency responses of sections and state space differ by more than 1e-6 of the peak. With
       an integrator, the responses of (z - 1) K(z) are compared.
     """

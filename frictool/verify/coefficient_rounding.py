@@ -31,8 +31,8 @@ def coefficient_rounder(number: Number) -> CoefficientRounder:
 def rounded_linear(linear: LinearController, number: Number) -> LinearController:
     """Return the linear controller with matrices, sections and anti-windup gains rounded.
 
-    number: number format. The continuous-time controller is unchanged, because the target hardware
-    does not run it.
+    number: number format. The continuous-time form is unchanged, because it does not run on the
+    target hardware.
     """
     hold = coefficient_rounder(number)
 

@@ -226,7 +226,7 @@ def low_pass(velocity: Velocity, period: float, hold: CoefficientRounder = float
 def from_position(feedback: FeedbackLoop) -> Lti:
     """Return the system from -(encoder position) to the drive, for the response to encoder counts.
 
-    The speed of a separate sensor is 0 in this system, because encoder counts do not affect it.
+    The speed of a separate sensor is 0 in this system: encoder counts do not affect that sensor.
     """
     period = feedback.system.period
     if feedback.sees == (ETA,):

@@ -92,10 +92,10 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, the largest between them, and its plant.
+    """Return the largest sensitivity at the vertices, then the largest between them and its plant.
 
-    Between the vertices, POINTS scattered plants are evaluated. The returned plant is the one with
-    the largest sensitivity of these scattered plants.
+    Between the vertices, POINTS scattered plants are evaluated. The returned plant has the largest
+    sensitivity of these scattered plants.
 
     - lag: time constant of the drive [s]
     - delay: computational delay [samples]

@@ -132,8 +132,8 @@ def linearise(
 ) -> LinearMechanism:
     """Return the mechanism linearised at `position` (n,) [rad | m], by default the start position.
 
-    closed: names of links whose backlash is assumed closed, so that it has no effect; by default
-    all links with backlash. Raises ValueError for a name that no link with backlash has.
+    closed: names of links whose backlash is assumed closed and thus has no effect; by default all
+    links with backlash. Raises ValueError for a name that no link with backlash has.
     """
     packed = assembled.packed
     at = assembled.start if position is None else np.asarray(position, dtype=np.float64)

@@ -33,8 +33,8 @@ def speed_scale(
 
     In each connected part of the mechanism, one block determines the speeds of all others by the
     link ratios. The speed of this block is its top speed or, if this is unknown, the speed that the
-    largest effort reaches within RISE_S. If no effort is known either, its speed is DEFAULT. Raises
-    ElementError if the speeds differ too much.
+    largest effort reaches within RISE_S. If no effort is known either, this speed is DEFAULT.
+    Raises ElementError if the speeds differ too much.
     """
     count = len(inertia)
     neighbours: list[list[tuple[int, float]]] = [[] for _ in range(count)]

@@ -55,7 +55,7 @@ EFFECTS_DRIVEN = {
 
 
 def design_text(design: Design, head: str) -> str:
-    """Return the text of a design document with comments; reading it gives the same design.
+    """Return the text of a design document with comments, which `synth` reads as the same design.
 
     head: comment above the document, of one or more lines.
     """

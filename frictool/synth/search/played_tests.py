@@ -117,7 +117,7 @@ def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
     A reserve is the distance to the limit, relative to the limit. A shortfall of 0 or less means
     that the requirement is met with the reserve. An undecided requirement has the shortfall 0.
     Above 1 a shortfall grows logarithmically. If a response does not settle, the shortfall of the
-    response time is computed from the static error, so that a search can reduce it.
+    response time is computed from the static error, so that a search can reduce this shortfall.
     """
     wanted = np.array([0.0 if one.key in EXACT else reserve for one in runs.metrics])
     reserves = np.array(runs.reserves, dtype=np.float64)
