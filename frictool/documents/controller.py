@@ -69,8 +69,8 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     - `sos`: `discrete` as second-order sections b0 b1 b2 a0 a1 a2 with a0 = 1: H = (b0 + b1/z +
       b2/z^2)/(1 + a1/z + a2/z^2).
     - `anti_windup`: Gains l in x[k+1] = a x + b eta + l (limited drive - drive).
-    - `input`: Input of the linear controller. With `speed_error`, it is the speed reference minus
-      the speed instead of eta (a PI controller of the speed).
+    - `input`: Input of the linear controller: `eta`, or for a PI controller of the speed
+      `speed_error` (speed reference minus speed).
     - `form`: Form of the difference equation that runs on the target hardware: the matrices
       `discrete` with `anti_windup`, or the second-order sections `sos` with `sos_anti_windup`.
       Sections run in transposed direct form II.

@@ -81,8 +81,9 @@ class Design(
 ):
     """Structure, method, weights and blocks of a controller to be synthesised: `design.yaml`.
 
-    An unused key is an error. A key is unused if the method or the structure does not read it, or
-    if it describes a block that has no input or whose output is not used.
+    An unused key is an error. A key is unused if the method or the structure does not read it. A
+    key is also unused if it describes a block without an input, or a block whose output is not
+    used.
 
     - `structure`: `position` is a single loop of the position. `speed_cascade` is a speed loop
       whose reference comes from a position law. Method `auto` needs no structure.
@@ -103,7 +104,7 @@ class Design(
       `inertia`: linearised in the inertia. `first_order`: linearised in all parameters.
     - `frozen_at`: Parameters of the plant for which the controller on the target hardware is
       computed. `centre`: the centres of the intervals. `identified`: the identified values.
-    - `scheduled`: True to store the controllers at the vertices, too. If the target hardware knows
+    - `scheduled`: True to store also the controllers at the vertices. If the target hardware knows
       the parameters at run time, it can then interpolate between these controllers.
     - `grid`: Settings of a synthesis whose inequalities are imposed on a grid of parameters.
     - `channel_effort`: Effort [N m | N] that corresponds to the signal 1 in the uncertainty
@@ -197,7 +198,7 @@ class Design(
         self._unread()
         if self.scheduled and (self.order is not None or "regime" in (self.schedule or ())):
             raise ValueError(
-                "`scheduled` cannot be combined with `order`, nor with regime in `schedule`"
+                "`scheduled` cannot be combined with `order`, or with regime in `schedule`"
             )
         structures = METHODS[self.method].structures
         if self.structure not in structures:

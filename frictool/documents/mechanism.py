@@ -496,8 +496,8 @@ class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     - `source`: Name of the source.
     - `sensor`: Name of the sensor.
-    - `load`: Block of the load. The default is the block that the most links separate from the
-      sensor.
+    - `load`: Block of the load. The default is the block farthest from the sensor, counted in
+      links.
     """
 
     source: str

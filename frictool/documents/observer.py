@@ -67,10 +67,10 @@ class Mode(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Switched observer; its states are position, velocity and the wear alpha.
 
-    The bound `gamma` is not valid while the axis is at rest, nor after a switch between moving
-    modes that is not in `transitions`. The bound is valid again after the axis has moved for
-    `motion_after_rest_s` after a rest, or for `motion_after_turn_s` after such a switch. If the
-    document is edited, `observe design` must prove the bound again.
+    The bound `gamma` is not valid in two cases: while the axis is at rest, and after a switch
+    between moving modes that is not in `transitions`. The bound is valid again after the axis has
+    moved for `motion_after_rest_s` after a rest, or for `motion_after_turn_s` after such a switch.
+    If the document is edited, `observe design` must prove the bound again.
 
     - `wear`: Meaning of alpha, where f is the assumed friction. `multiplicative`: the friction is
       alpha f. `additive`: the friction is f + alpha.

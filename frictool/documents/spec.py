@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     class Spec(SpecHead, frozen=True):
         """Requirements of a closed loop: `spec.yaml`.
 
-        The fields besides those of SpecHead are the keys of REQUIREMENTS. An absent field is None.
+        The fields are those of SpecHead, and the keys of REQUIREMENTS. An absent field is None.
         """
 
         examples: tuple[str, ...]

@@ -184,8 +184,8 @@ class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `parameters`: Ranges of plant parameters by name, which replace the ranges in the bench, model
       or mechanism.
     - `start`: Range of the initial position.
-    - `within_count`: True to draw the initial position within one encoder count, because the
-      encoder cannot resolve it.
+    - `within_count`: True to draw the initial position within one encoder count, which the encoder
+      cannot resolve.
     - `wear`: Range of the factor by which all dry friction is multiplied.
     - `temperature`: Factors at the coldest and at the hottest temperature. For each plant, a
       temperature between these ends is drawn.

@@ -1,10 +1,10 @@
 """Friction of an axis with `AxisLaws` (plant/axis_friction_laws.py).
 
 This friction depends on the direction, speed, position and time at rest. The speed w >= 0 is
-measured in the direction of motion. A knee is a speed at which the viscous coefficient changes.
-The Stribeck layer is the range of low speeds in which friction falls with speed. The limit between
-two speed ranges is lower for an axis that slows down than for an axis that speeds up. Otherwise an
-axis could change back and forth between two ranges without end.
+measured in the direction of motion. A knee is a speed at which the viscous coefficient changes. The
+Stribeck layer is the range of low speeds in which friction falls with speed. The limit between two
+speed ranges is lower for an axis that slows down than for an axis that speeds up. This hysteresis
+keeps an axis from changing back and forth between two ranges without end.
 """
 
 from __future__ import annotations

@@ -9,10 +9,10 @@ the viscous coefficient changes (knee), the limit of the Stribeck layer, and an 
 which polynomials describe the friction over position. If the breakaway grows with the time at rest,
 engine/drive_lag.py computes the time of the breakaway.
 
-A slip has a closed form unless the friction is nonlinear in speed, the friction depends on the
-position, or a load depends on the position (plant/position_load.py). Without a closed form, a slip
-is integrated in steps (engine/slip_integration.py). A dynamic law such as LuGre has neither stick
-nor slip and is integrated by engine/dynamic_law_axis.py.
+A slip has a closed form if the friction is linear in speed, and neither friction nor load
+(plant/position_load.py) depends on the position. Without a closed form, a slip is integrated in
+steps (engine/slip_integration.py). A dynamic law such as LuGre has neither stick nor slip and is
+integrated by engine/dynamic_law_axis.py.
 
 The sign of the friction is fixed within a slip: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the

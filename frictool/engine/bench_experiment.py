@@ -143,8 +143,8 @@ def play_one_ramp(
     """Simulate the axis under one ramp of the drive [A | V] in `direction` (1, -1).
 
     The drive is 0 for `pause` samples and then rises by `slope` per second up to `top`. The ramp
-    ends after `samples` samples. If `advance_on` [rad | m] is finite, the ramp ends earlier when
-    the axis has moved by `advance_on` or has passed the position `direction` * `turn` [rad | m].
+    ends after `samples` samples. With a finite `advance_on` [rad | m], the ramp ends earlier: when
+    the axis has moved by `advance_on`, or has passed the position `direction` * `turn` [rad | m].
     `state` (7,) is changed in place. extremes (3,): lowest position, highest position and largest
     speed so far, updated. Returns True if the final position is beyond `direction` * `turn`, and a
     status of engine/status_codes.py.

@@ -40,14 +40,15 @@ def body_of(
 ) -> FrictionBody:
     """Return a body with a static friction law, for the event-driven engine.
 
-    p: parameter array, `law.pack(...)`. All other fields of the body have their default values.
-    Raises ValueError if the law is not static, treats low velocities as rest, or does not support
-    the extension.
+    p: parameter array, `law.pack(...)`. Fields of the body that do not depend on the law have their
+    default values. Raises ValueError if the law is not static, treats low velocities as rest, or
+    does not support the extension.
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
         raise ValueError(
-            f"found law {law.name}; allowed: static laws that stick exactly; else use run_law"
+            f"found law {law.name}; allowed: static laws that stick exactly; "
+            "run_law simulates any law"
         )
     straight, scale = law.slip_scales(p)
     packed = extension.pack(law, p) if extension is not None and not extension.plain else None

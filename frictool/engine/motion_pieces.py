@@ -1,8 +1,8 @@
 """One interval (piece) of a body's motion: at rest, in the Stribeck layer, or above it.
 
-A piece is an interval of time in which position x, velocity v, integral q of the position error,
-and effort u are polynomials of the time since the start of the piece. An array `piece` has a row of
-coefficients for x, v, q and, outside the Stribeck layer, u.
+A piece is an interval of time in which x, v, q and u are polynomials of the time since its start. x
+is the position, v the velocity, q the integral of the position error, and u the effort. An array
+`piece` has a row of coefficients for x, v, q and, outside the Stribeck layer, u.
 """
 
 from __future__ import annotations

@@ -3,15 +3,17 @@
     y' = w        w' = (d (K i(t) - offset - load(x)) - F_c(x) - (F_s - F_c)(x) exp(-|w/v_s|^delta)
                   - added - viscous w)/J    x = x0 + d y
 
-Here d is the direction of motion, y the distance from the initial position x0, w >= 0 the speed, K
-the effort per unit of the drive i, J the inertia, F_c the Coulomb friction and F_s the breakaway.
-The viscous friction is added + viscous w, with coefficients that depend on the speed range of w.
-i(t) is an exponential, and the load (plant/position_load.py) depends on the position. While the
-motor moves inside the backlash, the Coulomb friction of the backlash replaces all other friction.
+Here d is the direction of motion, y the distance from the initial position x0, and w >= 0 the
+speed. K is the effort per unit of the drive i, J the inertia, F_c the Coulomb friction and F_s the
+breakaway. The viscous friction is added + viscous w, with coefficients that depend on the speed
+range of w. i(t) is an exponential, and the load (plant/position_load.py) depends on the position.
+While the motor moves inside the backlash, the Coulomb friction of the backlash replaces all other
+friction.
 
-A slip ends at a limit of its speed range or of the Stribeck layer, at an end stop, at an end of the
-range in which polynomials describe the friction over position, or when the backlash closes. These
-events are located as roots of the dense output. Between two events, all derivatives are smooth.
+A slip ends at a limit of its speed range or of the Stribeck layer, at an end stop, or when the
+backlash closes. A slip also ends at an end of the range in which polynomials describe the friction
+over position. These events are located as roots of the dense output. Between two events, all
+derivatives are smooth.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ endless cycles:
   is slightly above the breakaway.
 - A body leaves the Stribeck layer at a higher speed than it enters this layer. Likewise, the
   viscous coefficient changes at a higher speed while the body speeds up than while it slows down.
-- After a rebound from an end stop whose flight would be shorter than SHORTEST_FLIGHT times the
-  duration of the run, the body rests at the stop (event RESTS_AT_STOP).
+- A body rests at an end stop (event RESTS_AT_STOP) instead of a rebound with a flight shorter than
+  SHORTEST_FLIGHT times the duration of the run.
 
 Any other endless cycle ends the call with status TOO_MANY_EVENTS, at the returned time.
 

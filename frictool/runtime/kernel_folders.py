@@ -5,8 +5,8 @@ machine_code_store.py saves and loads the code in these folders.
 A folder belongs to one toolchain (numba, llvmlite, numpy, Python, processor), so that an upgrade
 starts a new folder. In this folder, each state (version) of a module's sources has a subfolder
 (machine_code_store.py), so that two versions of frictool never read each other's code. When a new
-folder is made, old folders of former toolchains and states are removed (`prune`), unless a process
-uses them or used them within the last hour.
+folder is made, old folders of former toolchains and states are removed (`prune`). A folder is kept
+if a process uses it, or used it within the last hour.
 
 numba itself locks nothing: if two processes write different signatures of one function at the same
 time, the index may name the wrong code. Therefore a process locks the folder while it writes. An

@@ -124,7 +124,8 @@ class Callee:
     def get_call_template(self, arguments: Any, named: dict[str, Any]) -> Any:
         """Resolve a kernel's call as numba does, with general types in place of constant values.
 
-        Otherwise, numba would compile the called kernel once for each value of a constant integer.
+        With the types of constants, numba would compile the called kernel for each value
+        separately.
         """
         return self.dispatcher.get_call_template(
             [_general(one) for one in arguments],
@@ -164,8 +165,8 @@ def kernel(function: F) -> F:
 
     Arithmetic is IEEE, in the order written. The function uses no Python objects and releases the
     global interpreter lock. References to arrays are counted, and the function is not inlined into
-    callers. These two options are set explicitly, because a kernel that is first called from an
-    `inner_kernel` or a `bare_kernel` would otherwise inherit the options of the caller.
+    callers. These two options are set explicitly. Without this, a kernel that is first called from
+    an `inner_kernel` or a `bare_kernel` would inherit the options of its caller.
     """
     return cast(
         F,

@@ -73,7 +73,7 @@ class _Form(CompileResultCacheImpl):
         """Return the parts of compiled code that are pickled.
 
         The environments of numba's functions refer to the package numba instead of the modules that
-        define the functions. Otherwise, loading would import these modules. Code without Python
+        define the functions. Therefore, loading does not import these modules. Code without Python
         objects reads only the constants of an environment.
         """
         *parts, environments = super().reduce(compiled)  # type: ignore[no-untyped-call]  # numba has no types
@@ -92,7 +92,7 @@ def _without_module(environment: Environment) -> Environment:
 class KernelStore(FunctionCache):
     """Store of one function's machine code in `folder`, used by numba as its cache.
 
-    `form` distinguishes several forms of the code of one function.
+    `form`: name of the form of the code; "" for the form that Python calls.
     """
 
     def __init__(self, function: Any, folder: Path, form: str = "") -> None:

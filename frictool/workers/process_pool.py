@@ -179,7 +179,8 @@ class ProcessPool:
     def _lost(self, index: int) -> list[Answer]:
         """Replace a process that has ended, and make a separate task of each of its jobs.
 
-        Only a job that ran alone is given up, because it must have caused the end.
+        Only a job that ran alone is given up, because only then must this job have ended the
+        process.
         """
         dead = self._members[index]
         cause = dead.cause()

@@ -51,7 +51,7 @@ def test_only_times_with_another_period_are_reported(
     proposed = yaml.safe_load(PROPOSED.search(text)[1])
     if named:
         assert proposed == {"column": "Time", "unit": unit}
-        assert float(re.search(r"period of (\S+) s", text)[1]) == pytest.approx(period, rel=2e-3)
+        assert float(re.search(r"increases by (\S+) s", text)[1]) == pytest.approx(period, rel=2e-3)
 
 
 @pytest.mark.parametrize("name", ["cycle", "index", "time", "t"])

@@ -1,10 +1,10 @@
 """Layout of a compiled mechanism, and access to its entries.
 
-A compiled mechanism consists of an array of integers (`whole`, in kernels `k`), an array of floats
-(`numbers`, in kernels `p`), and the addresses of the kernels of the friction laws. The first two
-arrays are divided into sections. `whole` begins with HEADER entries: the numbers of blocks, joints
-and other elements, and the index at which each section begins. A section X has WIDTH columns; the
-entry in row r and column c has the index whole[X] + r * WIDTH + c.
+A compiled mechanism consists of two arrays and the addresses of the friction laws' kernels. The
+arrays are integers (`whole`, in kernels `k`) and floats (`numbers`, in kernels `p`). Both arrays
+are divided into sections. `whole` begins with HEADER entries: the numbers of blocks, joints and
+other elements, and the index at which each section begins. A section X has WIDTH columns; the entry
+in row r and column c has the index whole[X] + r * WIDTH + c.
 
 Joints form trees. Section ORDER lists the blocks in preorder: a parent precedes its children. A
 group is a set of blocks that rigid joints connect.

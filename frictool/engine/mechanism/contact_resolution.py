@@ -95,7 +95,7 @@ def resolve(
     The caller must set the modes of flanks that touch without relative speed and of blocks that
     rest at a stop. `out` must contain the guards of the present modes, and is also a workspace. If
     a self-locking link wedges, the last entry of row FOUND (in the workspace's `integers`) is the
-    first block of the jammed part, as index in ORDER.
+    index of the first jammed block in section ORDER.
     """
     k, p, _ = machine
     y = state.y

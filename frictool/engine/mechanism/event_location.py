@@ -212,9 +212,9 @@ def locate(
 ) -> tuple[float, bool]:
     """Shorten a step of length h to the first instant at which a guard is passed (a mode ends).
 
-    Before the call, the workspace's row GUARD contains the guards at the beginning of the step, and
-    its row TRIAL the guards at the end, where at least one guard must be passed. The search is a
-    bracketed root search on the step's dense output. Afterwards the rows END, AFTER, TRIAL and
+    Before the call, row GUARD of the workspace contains the guards at the beginning of the step.
+    Row TRIAL contains the guards at the end, where at least one guard must be passed. The search is
+    a bracketed root search on the step's dense output. Afterwards the rows END, AFTER, TRIAL and
     SPENT contain the results of the shortened step. Returns the new length, and True if the rates
     could not be evaluated.
 

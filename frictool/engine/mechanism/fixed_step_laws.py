@@ -4,9 +4,9 @@ Thesis (2.32) and (2.35) define the laws with a rest band, which treat low veloc
 input of each law is an effort u on its block. u is the sum of the efforts of all other elements on
 the blocks that move with this block, reflected to this block by the joints. The mode is updated at
 the beginning of each step T_e and constant within the step; the motion within the step is
-integrated as usual. If several laws with a fixed step act on one tree of joints, the friction of
-each law is subtracted from the effort u of the laws that follow. While the friction of a static law
-keeps a tree at rest, the laws with a fixed step in this tree are inactive.
+integrated as usual. Several laws with a fixed step may act on one tree of joints. The friction of
+each law is then subtracted from the effort u of the laws that follow. While the friction of a
+static law keeps a tree at rest, the laws with a fixed step in this tree are inactive.
 """
 
 from __future__ import annotations

@@ -164,8 +164,8 @@ def try_step(
 
     GUARD, TRIAL and END are rows of `lines`.
 
-    Returns error/tolerance (inf if the rates cannot be evaluated), and the fraction of the step at
-    which a guard of a force is first passed (1 if none is).
+    Returns two numbers: error/tolerance (inf if the rates cannot be evaluated), and the fraction of
+    the step at which a guard of a force is first passed (1 without such a guard).
     """
     k, p, _ = machine
     y, modes, workspace = state.y, state.modes, state.workspace
@@ -199,7 +199,8 @@ def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float)
 def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, at: float) -> bool:
     """Evaluate the dense output at the time `at` in 0 .. h; return True if the rates are finite.
 
-    Fills the rows END, AFTER and TRIAL with the results of a step of length `at`.
+    Fills the rows END, AFTER and TRIAL of the workspace (`try_step`) with the results of a step of
+    length `at`.
     """
     y, workspace = state.y, state.workspace
     end = workspace.lines[st.END]

@@ -20,7 +20,7 @@ ATTEMPTS = 50  # largest number of iterations
 
 @bare_kernel
 def stop_tree(k: IntVector, index: int, p: Vector, y: Vector, modes: IntVector) -> float:
-    """Stop the tree whose root is at `index` in ORDER; return the lost kinetic energy [J]."""
+    """Stop the tree with its root at `index` of section ORDER; return the lost energy [J]."""
     n = k[ly.BLOCKS]
     energy = 0.0
     at = index
@@ -40,7 +40,8 @@ def stop_tree(k: IntVector, index: int, p: Vector, y: Vector, modes: IntVector) 
 def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Make the speeds of connected blocks consistent; set the speed of blocks at end stops to 0.
 
-    Otherwise rounding errors would accumulate in the relative speeds of these blocks.
+    Without this correction, rounding errors would accumulate in the relative speeds of these
+    blocks.
     """
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]

@@ -29,9 +29,9 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
 
     sided: True to restrict the load of each self-locking joint to one side of its kink (force at
     which the slope of the loss changes). The branch of the joint (state.py) selects the side. For
-    branch 0, the load must be at the kink if `towards` is 0. If `towards` is 1 or -1, the load must
-    be on the side on which the joint's driving end drives the load while the root moves in this
-    direction.
+    branch 0, the load must be at the kink if `towards` is 0. If `towards` is 1 or -1, the root
+    moves in this direction. The load must then be on the side on which the driving end of the joint
+    drives the load.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]

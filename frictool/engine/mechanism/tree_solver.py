@@ -128,7 +128,7 @@ def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]
 
 @bare_kernel
 def _jammed(tree: JointTree) -> int:
-    """Return the index in ORDER of the first block of the jammed part (effective inertia <= 0).
+    """Return the index in section ORDER of the first jammed block (effective inertia <= 0).
 
     Contacts that would pull are treated as open. The effective inertia includes losses.
     """
@@ -219,9 +219,9 @@ def solve_tree(
 ) -> int:
     """Set the modes of the blocks that rigid joints and closed contacts connect to a root.
 
-    - index: index of the root in ORDER
-    - workspace: (blocks + 1,) or longer. If the tree jams, contacts that would pull are open, and
-      the last entry of `workspace` is the index in ORDER of the first block of the jammed part
+    - index: index of the root in section ORDER
+    - workspace: (blocks + 1,) or longer. If the tree jams, contacts that would pull are open. The
+      last entry of `workspace` is then the index of the first jammed block in section ORDER
 
     Returns a status of engine/status_codes.py.
     """

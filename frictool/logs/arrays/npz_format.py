@@ -1,8 +1,8 @@
 """Reader of NumPy files (`.npy` and `.npz`); pickled objects are not loaded.
 
-Each vector, each column of a matrix (each row, if it has more columns than rows) and each field of
-a structured array becomes a column of the table. The first vector of dates (`datetime64`) gives the
-times of the rows.
+A column of the table is a vector, a column of a matrix, or a field of a structured array. A matrix
+with more columns than rows is divided into its rows instead. The first vector of dates
+(`datetime64`) gives the times of the rows.
 """
 
 from __future__ import annotations

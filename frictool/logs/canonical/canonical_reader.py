@@ -1,9 +1,8 @@
 """Reader of the canonical log (mcap_layout.py) in the order of the file, with every CRC checked.
 
 A canonical log that another tool has rewritten can be read, too, if its messages are unchanged. The
-tool may have changed the chunks, put several streams into one chunk, changed the compression to lz4
-or none, or omitted the chunks or the summary. An MCAP file with messages of another layout raises
-LogError.
+chunks may be missing, have other sizes or contain several streams. The compression may be lz4 or
+none, and the summary may be missing. An MCAP file with messages of another layout raises LogError.
 """
 
 from __future__ import annotations

@@ -99,7 +99,7 @@ def schema_text(fields: tuple[str, ...]) -> str:
 
 
 def schema_fields(text: str) -> tuple[str, ...] | None:
-    """Return the field names in a `ros2msg` text; None unless it lists distinct float64 fields."""
+    """Return the field names in a `ros2msg` text; None if a field is not float64 or is repeated."""
     lines = [line.partition("#")[0].strip() for line in text.splitlines()]
     matches = [_FIELD_LINE.fullmatch(line) for line in lines if line]
     names = tuple(match.group(1) for match in matches if match)
@@ -107,5 +107,5 @@ def schema_fields(text: str) -> tuple[str, ...] | None:
 
 
 def message_path(topic: str, field: str) -> str:
-    """Return the message path of a field, such as `/axis.position`."""
+    """Return topic and field joined to one path, such as `/axis.position`."""
     return f"{topic}.{field}"

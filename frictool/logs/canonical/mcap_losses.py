@@ -69,8 +69,8 @@ class MissingSamples:
         """Complete the losses with the numbers of samples that the file's statistics state.
 
         The statistics may count samples that are neither read nor recorded as lost. If exactly one
-        loss has an unknown number of samples, these samples are assigned to that loss. Otherwise
-        they are recorded as additional losses.
+        loss has an unknown number of samples, these samples are assigned to that loss. In any other
+        case, they are recorded as additional losses.
 
         counts: number of samples of each channel in the statistics.
         samples_read: number of samples read from each channel.

@@ -36,10 +36,13 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
     Only the effort of the main stream is recomputed, and only if this effort was not measured.
     Warnings about the log and about a changed constant are appended to the warnings of the result.
 
-    Raises LogError if a unit belongs to a rotary axis but the axis of the bench is linear (or the
-    reverse), if a drive signal is far beyond the drive's limit, if the position wraps, or if the
-    sample periods of the log and of bench.yaml differ by more than a factor of 30. If `same_period`
-    is True, the periods may differ by at most 20 %.
+    Raises LogError in the following cases:
+
+    - a unit does not fit the kind of axis (rotary or linear) of the bench
+    - a drive signal is far beyond the drive's limit
+    - the position wraps
+    - the sample periods of log and bench.yaml differ by more than a factor of 30 or, if
+      `same_period` is True, by more than 20 %
     """
     stream = log.main
     _check_units(log, stream, bench)

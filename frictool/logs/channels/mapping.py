@@ -1,9 +1,9 @@
 """Conversion of raw columns to channels in SI, block by block.
 
 `bench.columns` names the column and the unit of each channel. The value of a channel is (scale *
-raw + offset) in that unit. In the unit `count`, the counter of a position is first converted to
-unbounded counts (encoder.py), and the value is multiplied by the encoder's resolution and
-direction. Wraps of positions and references are removed (unwrapping.py).
+raw + offset) in that unit. A position in the unit `count` is first converted to unbounded counts
+(encoder.py). Its value is multiplied by the encoder's resolution and direction. Wraps of positions
+and references are removed (unwrapping.py).
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ class ChannelMapper:
         """Yield the samples in blocks (see StreamSource).
 
         In addition, raises LogError if times do not increase, if there are fewer than 2 samples, or
-        if the period differs from the expected period by more than a factor of 30.
+        if actual and expected period differ by more than a factor of 30.
         """
         self._begin()
         inbox: list[DataLoss] | None = [] if salvage else None

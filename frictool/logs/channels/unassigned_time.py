@@ -51,8 +51,8 @@ def unassigned_time(table: RawTable, period: float) -> str | None:
             return None
         unit = min(scales, key=lambda one: abs(math.log(found.mean * scales[one] / period)))
         doubt = doubt or (
-            f"rows are read {period:.4g} s apart (sample_period_s), but column {name!r} has a "
-            f"period of {found.mean * scales[unit]:.4g} s; if it is the time, add time: "
+            f"rows are read {period:.4g} s apart (sample_period_s), but column {name!r} "
+            f"increases by {found.mean * scales[unit]:.4g} s per row; if it is the time, add time: "
             f"{{column: {quoted(name)}, unit: {unit}}} to columns"
         )
     return doubt

@@ -70,7 +70,7 @@ class ZeroedTable(DerivedTable):
 
 
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
-    """Subtract the zero offset from each column with `zero_first_samples`; return the table.
+    """Subtract the zero offsets that bench.yaml requests (`zero_first_samples`) from a table.
 
     A column that may be in the damaged part of the file is not changed; `bind` reports such a
     column.

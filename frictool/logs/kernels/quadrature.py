@@ -32,9 +32,9 @@ def count_quadrature(
 ) -> None:
     """Fill `counts` (n,) with the counts at the samples a, b (n,) of the channels A and B.
 
-    low, high: thresholds with low <= high. A channel becomes high at a sample >= `high`. It becomes
-        low at a sample <= `low`. At the first samples, while its level is UNKNOWN, it becomes low
-        at a sample < `high`. NaN does not change the level.
+    low, high: thresholds with low <= high. A channel becomes high at a sample >= `high`, and low at
+        a sample <= `low`. At the start, its level is UNKNOWN; then it becomes low at any sample <
+        `high`. NaN does not change the level.
     state: levels of A and B, count, and number of illegal transitions (4,), updated in place;
         (UNKNOWN, UNKNOWN, 0, 0) before the first block.
     """

@@ -1,12 +1,13 @@
 """Jumps of a position that no motion explains: lost counts, counter overflow, index reset.
 
-A step from one sample to the next is a jump if it exceeds two counts plus twice the distance that
-the axis covers at top speed, and if it differs from the steps before and after it by more than half
-of this limit. Twice the distance allows for a servo that is faster than specified. In a motion that
-is still faster, successive steps are nearly equal, and no step is a jump. If the top speed is
-unknown, a step is a jump if it meets three conditions. It is longer than 20 counts, more than ten
-times as long as the steps before and after it, and more than three times as long as the 99 %
-quantile of the steps in the block.
+A step is the change of the position from one sample to the next. Its limit is two counts plus twice
+the distance that the axis covers at top speed. A step is a jump if it exceeds this limit, and
+differs from the steps before and after it by more than half of the limit. Twice the distance allows
+for a servo that is faster than specified. In a motion that is still faster, successive steps are
+nearly equal, and no step is a jump. If the top speed is unknown, a step is a jump if it meets three
+conditions. The step is longer than 20 counts. The step is more than ten times as long as the steps
+before and after it. The step is more than three times as long as the 99 % quantile of the steps in
+the block.
 """
 
 from __future__ import annotations

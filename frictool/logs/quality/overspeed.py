@@ -12,7 +12,7 @@ from frictool.logs.log import Stream
 
 
 def exceeds_top_speed(speed: float, bench: Bench) -> bool:
-    """Return True if a speed [rad/s | m/s], in four digits, exceeds `mechanics.top_speed`."""
+    """Return True if a speed [rad/s | m/s] exceeds `mechanics.top_speed`, to four digits."""
     top = bench.mechanics.top_speed
     return top is not None and float(f"{speed:.4g}") > top.value
 

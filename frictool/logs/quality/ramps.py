@@ -6,9 +6,9 @@ and the drive signal falls back. A log of breakaway ramps has several ramps.
 A creeping axis also rests between two counts of its encoder. During such a rest, the drive signal
 of a servo also rises along a line, by the servo's gain times one count. The height of the rise
 distinguishes a ramp from creep. In a ramp, the drive begins at a low level and rises by at least
-half of the friction, and the axis starts in the direction of the drive. If the axis creeps or
-follows a load such as gravity, the drive changes by a small share of its level, or the drive brakes
-the load.
+half of the friction. The axis then starts in the direction of the drive. If the axis creeps, the
+drive changes by a small share of its level. If the axis follows a load such as gravity, the drive
+brakes the load.
 """
 
 from __future__ import annotations

@@ -2,18 +2,18 @@
 
 Friction dissipates energy. The work W = sum F dx of the effort F on the position x, between two
 times of standstill, goes into friction and is positive. If the sign of one sensor is reversed, W is
-negative. A spring or a weight returns its work when the axis moves back: it contributes to W only
-the difference between its energies at the two standstills. Other signals show which sensor is
+negative. A spring or a weight returns its work when the axis moves back. Its contribution to W is
+only the difference between its energies at the two standstills. Other signals show which sensor is
 reversed:
 
     correlation of velocity and differences of position    negative: velocity is reversed
     correlation of position and its reference              negative: position is reversed;
                                                            positive: effort is reversed
 
-On a slow axis with a coarse encoder, W may be negative with correct signs, since a controller's
-derivative term brakes in each sample with a new count. A sign therefore counts as reversed only if
-the mean effort is opposite to the motion, too. The mean is taken within each stroke, from the first
-to the last change of the position.
+On a slow axis with a coarse encoder, W may be negative although the signs are correct. The reason
+is a controller's derivative term, which brakes in each sample with a new count. A sign therefore
+counts as reversed only if the mean effort is also opposite to the motion. The mean is taken within
+each stroke, from the first to the last change of the position.
 """
 
 from __future__ import annotations
@@ -117,9 +117,8 @@ def reversal(name: str, bench: Bench | None) -> str:
     """Return advice on reversing a signal in bench.yaml; name: element of `SignCheck.reversed`.
 
     If `name` is "position or ...", reversing either signal corrects the signs, and the advice is to
-    reverse the position. If the log has a reference and a position that is not in counts, the
-    advice is to reverse the drive, because position and reference would otherwise contradict each
-    other.
+    reverse the position. There is one exception: the log has a reference and a position that is not
+    in counts. The advice is then to reverse the drive, so that position and reference agree.
     """
     channel, *others = name.split(" or ")
     if bench is None:

@@ -1,9 +1,9 @@
 """Detection of positions that wrap: the sensor shows the position modulo a period.
 
 The period is, for example, one turn or the range of a counter. At a wrap, the position jumps from
-one end of the period to the other while the axis continues at constant speed. The period P is
-recognised if jumps of one size repeat while the axis continues to move, and if the position stays
-within a range of this size (repeated_jumps.py).
+one end of the period to the other while the axis continues at constant speed. The period P is the
+size of jumps that repeat while the axis continues to move. The position must stay within a range of
+this size (repeated_jumps.py).
 
 Natural periods are 2^b counts of the encoder and, on a rotary axis, half a turn and 2^b turns, with
 a whole number b. A wrap is certain in these cases:

@@ -27,9 +27,9 @@ _NUMBERED = re.compile(r"(.+_)(\d+)")
 def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
     """Return the recordings that the files and folders contain; a recording is a tuple of files.
 
-    Files with names such as `run_0.mcap` and `run_1.mcap` are parts of one recording if they are
-    listed without other files between them, in any order, and if their numbers begin at 0 and have
-    no gaps. Any other file, and any canonical log, is a recording by itself. Raises LogError if a
+    Files with names such as `run_0.mcap` and `run_1.mcap` are parts of one recording if their
+    numbers begin at 0 and have no gaps. They must be listed without other files between them, in
+    any order. Any other file, and any canonical log, is a recording by itself. Raises LogError if a
     folder is not a ROS 2 bag.
     """
     recordings: list[tuple[Path, ...]] = []

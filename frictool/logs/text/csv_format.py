@@ -120,8 +120,8 @@ class CsvTable:
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield blocks of rows (see RawTable.blocks).
 
-        If `losses` is a list, a cell that contains no number becomes NaN, and a row with the wrong
-        number of cells or without a valid time stamp is left out.
+        If `losses` is a list, a cell that contains no number becomes NaN. A row is left out if it
+        has the wrong number of cells or no valid time stamp.
         """
         chosen = [
             name

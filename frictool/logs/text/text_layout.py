@@ -105,8 +105,8 @@ def find_layout(
     layout: keys of the layout that bench.yaml states; they take precedence.
 
     Raises LogError if the file is empty, or has no row of numbers below its header. Raises LogError
-    also if a declared header is incomplete, if the order of the dates is unclear, or if one of the
-    examined lines is longer than LONGEST_LINE.
+    also if a declared header is incomplete, the order of the dates is unclear, or an examined line
+    is longer than LONGEST_LINE.
     """
     lines = _lines(path, head, whole, max(MOST_LINES, layout.first_line or 0))
     declared_delimiter, declared_mark, samples = labview_dialect(lines)
