@@ -3,10 +3,10 @@
     DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
 
 A family is a set of candidate controllers with the same structure. The simplest family is searched
-first; the search ends when a candidate meets the specification. If no candidate meets the
-specification, but the best candidate violates it only slightly, the family of the best candidate is
-searched again for a longer response time. Further searches shorten this time to the specified
-response time. Each further search starts from the design of the previous search.
+first; the search ends when a candidate meets the specification. If every search fails, but the best
+candidate violates the specification only slightly, its family is searched again for a longer
+response time. Further searches shorten this time to the specified response time. Each further
+search starts from the design of the previous search.
 
 If the axis rings after it stops and the design may therefore fail (campaign/doubts.py), the family
 is searched again for slower loops.

@@ -69,8 +69,8 @@ class CampaignRequest:
     Attributes
     ----------
     trials : int or None
-        Number of draws. The default is 1000 or, for method `vertices`, all vertices; if there are
-        more than 4096 vertices, 4096 random vertices are simulated.
+        Number of draws, by default 1000. For method `vertices`, the default is all vertices, but
+        4096 random vertices if there are more than 4096.
     method : {"random", "latin", "vertices"}
         Method that chooses the draws.
     seed : int or None

@@ -56,10 +56,10 @@ class DesignTest:
     `plants`: for each plant, the values [SI] that differ from the nominal plant.
     `names`: names of the plants by index.
     `starts`: initial positions of the plants [rad | m], at different fractions of an encoder count.
-    `vertices`: number n of vertices. `plants` contains, in this order, the nominal plant, the n
-    vertices, the same n vertices with the start moved by half an encoder count, and drawn plants.
-    If the breakaway has a range, it is at the upper end in the first n vertices, and at the lower
-    end in the other n vertices.
+    `vertices`: number n of vertices. In this order, `plants` contains the nominal plant, the n
+    vertices, the n vertices again, and drawn plants. The repeated vertices start half an encoder
+    count further. If the breakaway has a range, the first n vertices have its upper end, and the
+    repeated vertices have its lower end.
     `by_default`: True if `default_scenario` created the scenario.
     """
 

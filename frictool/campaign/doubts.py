@@ -1,12 +1,11 @@
 """Reasons why a controller that passes its test on a model may fail on the axis.
 
-- The axis rings after it stops, but the model is rigid. This reason is dropped if the controller
-  passes two checks on nominal plants of two inertias with this oscillation
-  (verify/ringing_loop.py): the loops have the specified margin, and the steps of the test meet the
-  specification.
-- The logs show a lag or delay that the bench does not state (`late_position`). This reason is
-  dropped if the loops tolerate a delay of this length, and if the steps of the test meet the
-  specification on the nominal plant with this additional lag.
+- The axis rings after it stops, but the model is rigid. The controller is then checked on nominal
+  plants of two inertias that ring like the axis (verify/ringing_loop.py). The reason is dropped if
+  these loops have the specified margin, and if the steps of the test meet the specification.
+- The logs show a lag or delay that the bench does not state (`late_position`). The reason is
+  dropped if the loops tolerate this delay, and if the steps of the test meet the specification on
+  the nominal plant with this additional lag.
 - The model is valid on one side of a position only, and the steps of the test leave this side.
 """
 

@@ -98,9 +98,11 @@ class ShorterSteps(ResultView):
 def play_shorter_steps(test: DesignTest, controller: Controller) -> ShorterSteps | None:
     """Simulate steps over smaller distances than a test, with the nominal plant and some vertices.
 
-    `DesignTest.extremes` lists the vertices. Return None in three cases: the user provided the
-    scenario of the test; no shorter step is long enough for the specification (`shortest_step`); or
-    the specification has no requirement that a shorter step can decide.
+    `DesignTest.extremes` lists the vertices. Return None in three cases:
+
+    - the user provided the scenario of the test
+    - no shorter step is long enough for the specification (`shortest_step`)
+    - the specification has no requirement that a shorter step can decide
     """
     model, spec = test.model, test.spec
     judged = structs.replace(spec, **dict.fromkeys(UNJUDGED))

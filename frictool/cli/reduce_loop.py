@@ -16,8 +16,8 @@ def compare_in_loop(
     """Simulate the mechanism and the model under the controller; compare the logs.
 
     - play: width of the backlash [rad | m]
-    - tolerance: allowed difference of the positions, divided by the step of the reference; also
-      the allowed difference of the response times, divided by the mechanism's response time
+    - tolerance: largest allowed value of two relative differences: of the positions, divided by the
+      step of the reference, and of the response times, divided by the mechanism's response time
 
     Raises InputFileError if the documents do not fit together, and NoSolutionError if the mechanism
     or the model cannot be simulated.

@@ -3,8 +3,8 @@
 velocity-driven    Stribeck effect, viscous friction and frictional memory, from the friction along
                    a prescribed velocity
 force-driven       rising static friction, from force ramps at two rates
-fixed step         stiction: whether the mass comes to rest under the law as printed in the thesis,
-                   simulated by Euler's method
+fixed step         stiction, from a simulation of the law as printed in the thesis by Euler's
+                   method: the mass must come to rest
 
 The other rows of the table, presliding, non-local memory and non-drift, follow from the four tests
 (compare/presliding_criterion.py, drift_criterion.py).

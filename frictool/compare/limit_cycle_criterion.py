@@ -30,8 +30,10 @@ class LimitCycleResult:
     def verdict(self, reference: LimitCycleResult) -> str:
         """Return `+` or `-` by comparison with the Stribeck law, simulated event by event.
 
-        The symbol is `+` in two cases: the cycle lasts with both laws, and the two periods differ
-        by at most 5 %; or the cycle dies out with both laws.
+        The symbol is `+` in two cases:
+
+        - the cycle lasts with both laws, and the two periods differ by at most 5 %
+        - the cycle dies out with both laws
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

@@ -34,8 +34,10 @@ class StickSlipResult:
     def verdict(self, reference: StickSlipResult) -> str:
         """Return `+` or `-` by comparison with the Stribeck law, simulated event by event.
 
-        The symbol is `+` in two cases: the number of sticks is at least that of the Stribeck law
-        minus 1, and the two periods differ by at most 2 %; or both laws have at most one stick.
+        The symbol is `+` in two cases:
+
+        - the two periods differ by at most 2 %, and this law has at most one stick less
+        - both laws have at most one stick
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

@@ -96,9 +96,9 @@ class LogObserver:
         `observer` contains path and document of an additional observer. A tracking observer
         replaces the velocity estimator.
 
-        Raises LogError if the log cannot be observed (`open_stream`), DocumentError if the observer
-        does not fit the model's kind of axis or the log's sample period, and FrictoolError if the
-        model has no dry friction.
+        Raises LogError if the log cannot be observed (`open_stream`). Raises DocumentError if the
+        observer does not fit the model's kind of axis or the log's sample period. Raises
+        FrictoolError if the model has no dry friction.
         """
         self.name = name or LogName(path.name)
         self.settings = settings

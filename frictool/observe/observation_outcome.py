@@ -37,9 +37,8 @@ class ObservationOutcome:
     - gaps: number of gaps in time
     - period: sample period [s]
     - estimate: final estimate of the wear
-    - figures: errors of the estimated velocity, in SI units; the keys are the names of
-      `VelocityErrors.figures`, in which `_true` becomes `_measured` if a sensor measures the
-      velocity
+    - figures: errors of the estimated velocity, in SI units. The keys are those of
+      `VelocityErrors.figures`; if a sensor measures the velocity, `_true` becomes `_measured`.
     - ratio: wear divided by the wear at commissioning; None if either is unknown
     - reference: file with the wear at commissioning; None if there is no such file
     - verdict: comparison of the wear with its limit; None if there is no limit

@@ -2,8 +2,11 @@
 
 The check uses the inertia, which does not change with wear. The estimated inertia must be in the
 range in bench.yaml, widened by the uncertainty of the actuator constant and by the spread between
-actuators. An estimate outside this range has three possible reasons: the log is from another rig;
-clock or drive of the rig differ from bench.yaml; the logged drive signal saturates.
+actuators. An estimate outside this range has three possible reasons:
+
+- the log is from another rig
+- the clock or drive of the rig differs from bench.yaml
+- the logged drive signal saturates
 """
 
 from __future__ import annotations

@@ -81,10 +81,10 @@ class WearEstimate:
     - forward, backward: wear in each direction
     - added: increase of the friction [N m | N], for kind additive
     - zones: wear in each observed zone of the travel, for kind zones
-    - scale: common factor of all wear values due to an error of the actuator constant: 1, with an
-      interval that follows from the range of the constant in bench.yaml (wear/constant_error.py).
-      The factor cancels in a ratio to commissioning. The intervals of the wear values do not
-      include this error.
+    - scale: common factor of all wear values, due to an error of the actuator constant. Its value
+      is 1; its interval follows from the range of the constant in bench.yaml
+      (wear/constant_error.py). The intervals of the wear values do not include this error. The
+      factor cancels in a ratio to commissioning.
     - others: other parameters (inertia, ...) divided by the model's values
     - undetermined: names in `others` that the moves determine no better than the prior
     - warnings: lines of text

@@ -1,8 +1,8 @@
 """Verdict on the wear: comparison of the wear with a limit.
 
-If the wear at commissioning is known, the ratio of the wear to the wear at commissioning is
-compared; an error of the actuator's constant cancels in this ratio. The first rule that applies to
-the interval of the estimate decides:
+If the wear at commissioning is known, the wear is divided by the wear at commissioning before the
+comparison. An error of the actuator's constant cancels in this ratio. The first rule that applies
+to the interval of wear or ratio decides:
 
     interval                                   exceeded       certain   reason
     no move yet                                undecided      no        only the prior is known

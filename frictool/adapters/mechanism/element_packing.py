@@ -41,8 +41,8 @@ Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 class CouplingRow(NamedTuple):
     """Row of `Couplings` (plant/mechanism/packed_mechanism.py).
 
-    `curve`: index in `Curves` of an effort as a function of the deflection, which is added to the
-        efforts of `stiffness` and `damping`; -1 for no such effort.
+    `curve`: index in `Curves` of a curve from deflection to effort, or -1 for no curve. The effort
+        of the curve is added to the efforts of `stiffness` and `damping`.
     """
 
     a: int

@@ -7,8 +7,8 @@ tenth of the first step's length. It is longer if 5 % of its length, or its allo
 otherwise be smaller than the allowed static error or one encoder count. The short step is left out
 if another step is at most 1.2 times as long.
 
-Each step lasts 5 response times. The last step is longer if `rest` or `limit_cycle` is specified:
-by `rest.after_s` for `rest`, by 30 s for `limit_cycle`, and by the longer time for both.
+Each step lasts 5 response times. The last step is longer by `rest.after_s` if `rest` is specified,
+and by 30 s if `limit_cycle` is specified. If both are specified, the longer time is added.
 """
 
 from __future__ import annotations

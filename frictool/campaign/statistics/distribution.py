@@ -1,9 +1,9 @@
 """Distribution of a metric in the trials: quantiles with intervals, tolerance bound, histogram.
 
-All statistics are order statistics, which assume no form of the distribution. The r-th of n sorted
-values is an upper bound for at least the share beta of all plants, with confidence gamma, if
-P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941). The
-largest such beta is the Clopper-Pearson lower bound for the count r (clopper_pearson.py).
+All statistics are order statistics, which assume no form of the distribution. At least the share
+beta of all plants has a value of at most the r-th of n sorted values. This holds with confidence
+gamma if P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941).
+The largest such beta is the Clopper-Pearson lower bound for the count r (clopper_pearson.py).
 """
 
 from __future__ import annotations

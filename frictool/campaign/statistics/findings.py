@@ -53,8 +53,12 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        If the trials show the required pass rate (`reached`), the outcome is PASS; with a `doubt`,
-        or with a requirement that no trial decides, it is UNDECIDED. Otherwise, the outcome is
+        If the trials show the required pass rate (`reached`), the outcome is
+
+        - UNDECIDED if there is a `doubt`, or a requirement that no trial decides,
+        - PASS in all other cases.
+
+        If the trials do not show this rate, the outcome is
 
         - UNDECIDED if all trials are undecided, or if no rate is required and no trial fails,
         - NOT SHOWN if more draws may show the required pass rate,

@@ -10,8 +10,8 @@ from frictool.typing import Vector
 def holm_corrected(chances: Vector) -> Vector:
     """Return the corrected p-values (q,) of q tests.
 
-    If each hypothesis with a corrected p-value below a level is rejected, the probability of a
-    false rejection is at most this level, also for dependent tests.
+    Let all hypotheses be rejected whose corrected p-value is below a level. The probability of any
+    false rejection is then at most this level, even if the tests depend on each other.
     """
     order = np.argsort(chances, kind="stable")
     raised = np.minimum(

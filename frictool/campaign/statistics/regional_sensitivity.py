@@ -1,9 +1,9 @@
 """Regional sensitivity: differences between failing and passing trials along each factor.
 
-The method of Hornberger and Spear (Journal of Environmental Management 12, 1981) computes the
-Kolmogorov-Smirnov distance between the distributions of a factor in the failing and in the passing
-trials, and the p-value of this distance. The p-value is valid for random draws and for a Latin
-hypercube.
+The method of Hornberger and Spear (Journal of Environmental Management 12, 1981) compares two
+distributions of each factor: in the failing and in the passing trials. It computes their
+Kolmogorov-Smirnov distance, and the p-value of this distance. The p-value is valid for random draws
+and for a Latin hypercube.
 """
 
 from __future__ import annotations

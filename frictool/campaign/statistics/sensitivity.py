@@ -44,8 +44,9 @@ FINEST = 12  # largest number of slices per factor of a plane
 class FailureComparison:
     """Comparison of failing with passing trials, factor by factor.
 
-    `name`: requirement that decides between failing and passing; "" for all requirements together,
-        "not simulated" if trials that could not be simulated are compared with all other trials.
+    `name`: requirement that decides between failing and passing, or "" for all requirements
+        together. "not simulated": the failing trials are those that could not be simulated, the
+        passing trials are all others.
     `failing`, `passing`: numbers of trials.
     `regions` (d,): comparison for each factor; the p-values are corrected for all comparisons.
     """

@@ -2,9 +2,9 @@
 
 Mode i > 0 is forward motion in position interval i, mode -i is backward motion in interval i of the
 backward direction, and mode 0 is a stuck axis. From a moving mode, three transitions are allowed:
-to the same mode, to the next interval in the direction of motion (with `direction`: to any interval
-of this direction), and to mode 0. From mode 0, every mode is allowed. A motion that reverses
-therefore passes mode 0.
+to the same mode, to mode 0, and to the next interval in the direction of motion. The setting
+`direction` allows any interval of this direction, not only the next. From mode 0, every mode is
+allowed. A motion that reverses therefore passes mode 0.
 
 If repeated reversals without mode 0 were allowed, the inequalities of the design would have no
 solution (docs/theory/observers.md).
@@ -23,8 +23,8 @@ def switches(forward: int, backward: int, allowed: Transitions) -> tuple[Switch,
     """Return the allowed transitions as sorted pairs (mode, mode at the next sample).
 
     - forward, backward: number of position intervals of each direction
-    - allowed: if `neighbours`, a moving mode may change to the next interval in the direction of
-      motion; if `direction`, to any interval of the same direction
+    - allowed: `neighbours` if a moving mode may change to the next interval in the direction of
+      motion only; `direction` if it may change to any interval of this direction
     """
     modes = [*range(-backward, 0), 0, *range(1, forward + 1)]
     pairs = {(i, i) for i in modes} | {(i, 0) for i in modes} | {(0, i) for i in modes}

@@ -77,8 +77,8 @@ def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
 def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
     """Return the speed Sigma [rad/s | m/s] below which the axis is treated as stuck.
 
-    Raises NoSolutionError if neither the settings nor the top speed in bench.yaml determine Sigma,
-    and UnsuitableSetting if the settings state a value that is not below the top speed.
+    Raises NoSolutionError if neither the settings nor the top speed in bench.yaml determine Sigma.
+    Raises UnsuitableSetting if the Sigma in the settings is not below the top speed.
     """
     top = model.bench.mechanics.top_speed
     unit = si_unit("velocity", model.axis)

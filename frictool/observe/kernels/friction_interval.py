@@ -4,10 +4,14 @@
     in gap   direction wear q F_gap                                backlash (4.45)
     rest     effort - offset - load(x)                             at most breakaway times wear
 
-v is the velocity, x the position, F the dry friction (2.34), (4.41), g and q the factors of viscous
-and dry friction at the temperature of the sample, `added` additive wear, and F_gap the friction
-inside the gap (backlash). `fall` is friction that falls with speed and is not in the model. Numbers
-in brackets are equations of the thesis. In slip, the friction is the model's law times the
+    x, v     position and velocity
+    F        dry friction of the model (2.34), (4.41)
+    g, q     factors of viscous and dry friction at the temperature of the sample
+    added    additive wear
+    fall     friction that falls with speed and is not in the model
+    F_gap    friction inside the gap (backlash)
+
+Numbers in brackets are equations of the thesis. In slip, the friction is the model's law times the
 wear. At rest, friction balances the effort. The axis is treated as at rest if the interval of its
 velocity contains 0. An axis with such an interval may nevertheless move. The interval of the
 friction therefore includes the effort that stops a motion within one count. A play operator

@@ -8,10 +8,14 @@ deviation for each parameter.
     directional      dry_d,z = wear_d          zones      dry_d,z = wear_z
 
 Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
-the zone z; wear, wear_d, wear_z and added are parameters. Every kind also has these parameters: the
-inertia, the viscous friction with its bends (changes of the slope over speed), falls of the
-friction with speed, the delay of the effort, and an offset of the effort, for example of the
-current sensor. The offset is added to level_1 and subtracted from level_-1.
+the zone z; wear, wear_d, wear_z and added are parameters. Every kind also has these parameters:
+
+- inertia
+- viscous friction with its bends (changes of the slope over speed)
+- falls of the friction with speed
+- delay of the effort
+- offset of the effort, for example of the current sensor; it is added to level_1 and subtracted
+  from level_-1
 
 The prior is wide for parameters that differ between actuators or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds friction that depends on speed and is not in the
@@ -155,8 +159,8 @@ def offset_of(
 
     The regressor (p,) contains the coefficients of a row for an offset of 1 N m | N. The offset is
     relative to the model's offset; a positive offset opposes a positive effort. The prior deviation
-    is sqrt(a^2 + b^2): a is `share` times the dry friction, and b follows from the wider of the
-    offset's ranges in the model and in bench.yaml.
+    is sqrt(a^2 + b^2). a is `share` times the dry friction. b follows from the range of the offset
+    in the model or in bench.yaml, whichever is wider.
     """
     known = max(
         _half(quantity)

@@ -6,15 +6,23 @@
                                 + sum_d,z dry_d,z f(x, v) + sum_d level_d s
                                 + delay d(effort)/dt
 
-A row is this equation, averaged over a window of samples. x, v and a are position, velocity and
-acceleration, s the direction of the motion, f the model's dry friction at x and v with its fall
-over speed (Stribeck), and (...)+ the positive part. knee_j is a speed at which the slope of
-friction changes by bend_j. fall_j is friction that the model does not contain and that falls with
-speed on the scale w_j; n is the exponent of the Stribeck curve. delay is the time by which the
-effort acts later than its samples. g and q are the factors of viscous and dry friction at the
-logged temperature; f contains q. If the model or the log has no temperature, both factors are 1. If
-the axis equals the model, dry_d,z is 1 in every direction d and zone z, and fall_j, level_d and
-delay are 0. The same row is used for all kinds of wear: uniform, by direction, by zone, or additive
+A row is this equation, averaged over a window of samples.
+
+    x, v, a        position, velocity and acceleration
+    s              direction of the motion, 1 or -1
+    (...)+         positive part
+    f              dry friction of the model with its Stribeck curve, times q
+    bend_j         change of the slope of friction at the speed knee_j
+    fall_j         friction that falls with speed on the scale w_j and is not in the model; n is
+                   the exponent of the Stribeck curve
+    dry_d,z        factor of f in direction d and zone z
+    level_d        friction in direction d that is added to f
+    delay          time by which the effort acts later than its samples
+    g, q           factors of viscous and dry friction at the logged temperature; 1 if the model or
+                   the log has no temperature
+
+If the axis equals the model, every dry_d,z is 1, and fall_j, level_d and delay are 0. The same row
+is used for all kinds of wear: uniform, by direction, by zone, or additive
 (parameter_restriction.py).
 
 The window is so long that the rounding of the encoder disturbs a row by at most NOISE_SHARE of the

@@ -5,15 +5,18 @@
     both ──▶ WearEstimate after each move
 
 Wear, alpha of thesis (6.13), is modelled as a random walk with the standard deviation WALK per
-move. If one or several moves show a larger change (change_detection.py), the random step is
-enlarged until it explains these moves: the wear has grown faster, or has jumped (thesis 6.3.2).
+move. If one or several moves show a larger change (change_detection.py), the wear has grown faster,
+or has jumped (thesis 6.3.2). The random step is then enlarged until it explains these moves.
 
-The interval has five parts, whose squares are added: the interval of the filters, the lag behind a
-growing wear, FLOOR times the wear, FALL_SHAPE times an unmodelled fall of the friction over speed,
-and the error of the dry friction at the mean temperature of the moves. The last part is 0 if the
-model's friction does not depend on the temperature. FLOOR is a relative error that more moves do
-not reduce: the model's dependence of friction on position and speed is not exact, and the rows are
-approximations.
+The interval has five parts, whose squares are added:
+
+- interval of the filters
+- lag behind a growing wear
+- FLOOR times the wear: a relative error that more moves do not reduce, because the rows, and the
+  model's friction over position and speed, are approximations
+- FALL_SHAPE times the fall of friction over speed that the model does not contain
+- error of the dry friction at the mean temperature of the moves; 0 if the model's friction does not
+  depend on the temperature
 
 The inertia shows only in the acceleration that the other parameters do not explain. An unknown
 effort that follows this acceleration looks like inertia. The inertia's interval therefore includes
@@ -182,8 +185,8 @@ class WearEstimator:
         """Return the lag of the estimate behind a wear that keeps growing.
 
         Each test in GOING_ON uses the last changes of the estimate. If all these changes have the
-        same sign, the test gives a lag: the smallest change per move times the number of moves by
-        which the filters lag. The largest lag of all tests is returned.
+        same sign, the lag is the smallest change per move times the number of moves by which the
+        filters lag. Otherwise, the lag is 0. The largest lag of all tests is returned.
         """
         changes = [0.0]
         lately = list(self._lately)
