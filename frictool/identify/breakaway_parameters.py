@@ -333,7 +333,7 @@ def _hidden_inertia(logs: AxisLogs, fit: SlidingFit) -> str:
 
 
 def without_impossible_breakaway(outcome: Outcome, bench: Bench) -> Outcome:
-    """Return the outcome; refuse a constant breakaway if it is below Coulomb friction."""
+    """Refuse a constant breakaway in the outcome if it is below Coulomb friction."""
     impossible = impossible_breakaway(outcome, bench)
     if not impossible or outcome.ramp is None or outcome.ramp.by_position is not None:
         return outcome

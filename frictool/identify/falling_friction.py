@@ -35,7 +35,8 @@ SLOWEST = 0.05  # share of the samples whose speeds are below the smallest w
 def falling_friction(regression: EffectRegression) -> list[AcceptedEffects]:
     """Return the shifts of the parameters by the most significant fall of friction with speed.
 
-    The result is empty if no tested w gives a significant fall (Bonferroni's correction).
+    A fall is tested for several speeds w (module docstring). The result is empty if none is
+    significant, with Bonferroni's correction.
     """
     rows = regression.rows
     used = regression.used

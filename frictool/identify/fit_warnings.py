@@ -97,7 +97,7 @@ def load_warnings(ramp: Breakaway | None, bench: Bench) -> list[str]:
 def asymmetry_warnings(ramp: Breakaway | None, fit: SlidingFit | None, bench: Bench) -> list[str]:
     """Return a warning if the breakaway differs between directions, but friction in slip does not.
 
-    An offset that differs between the logs of ramps and of sliding has the same effect.
+    The cause may be an offset that differs between the logs of ramps and of sliding.
     """
     law = None if ramp is None else ramp.by_position
     backward = None if fit is None or fit.laws is None else fit.laws.backward

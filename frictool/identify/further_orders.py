@@ -60,7 +60,10 @@ def further_orders(regression: EffectRegression) -> AcceptedEffects | None:
 
 
 def _columns(sign: Vector, position: Vector, orders: IntVector) -> Matrix:
-    """Return the columns (n, k) of k orders; the positions (n,) are scaled to [-1, 1]."""
+    """Return the columns (n, k) of k orders of friction over position.
+
+    `position` (n,) is scaled to [-1, 1].
+    """
     low, high = float(position.min()), float(position.max())
     scaled = 2.0 * (position - low) / (high - low) - 1.0
     return sign[:, None] * np.column_stack(

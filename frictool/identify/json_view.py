@@ -57,7 +57,7 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
 def _intervals_view(
     intervals: Mapping[str, Interval], bench: Bench, model: Model | None
 ) -> dict[str, Any]:
-    """Return the intervals; those of the model's parameters also as absolute intervals."""
+    """Return the intervals; add the absolute intervals of parameters in the model."""
     rows = [] if model is None else parameter_intervals(model)
     absolute = {row.name: row.absolute for row in rows}
     out: dict[str, Any] = {}

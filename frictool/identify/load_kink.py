@@ -187,7 +187,7 @@ class _KinkSearch:
 
     @cached_property
     def stroke(self) -> NDArray[np.int64]:
-        """Return the number of the stroke of each row, without gaps, (n,)."""
+        """Return the number of the stroke of each row, (n,); the numbers are consecutive."""
         return np.asarray(np.unique(self.samples.stroke, return_inverse=True)[1])
 
     @cached_property

@@ -250,8 +250,8 @@ def _reported(values: Mapping[str, float], name: str) -> float:
 def _of_driven_viscous(names: Sequence[str], fit: SimulationFit) -> Matrix:
     """Return the Jacobian (n, p) with respect to the viscous friction with the torque enabled.
 
-    The Jacobian of `fit` refers to the viscous friction with the torque disabled, which is smaller
-    by constant times back_emf.
+    The Jacobian of `fit` refers to the viscous friction with the torque disabled. That friction is
+    smaller by the product of drive constant and back-EMF constant.
     """
     out = fit.jacobian.copy()
     if LOOSE in names:

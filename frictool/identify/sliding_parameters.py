@@ -147,7 +147,7 @@ def any_negative(fit: SlidingFit | None) -> bool:
 def with_force_error(
     fit: SlidingFit, logs: AxisLogs, from_logs: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the force error of the model; unchanged if the drive was off.
+    """Add the force error of the model to the fit, unless the drive was off.
 
     The model has the parameters `from_logs`; all other parameters have the values in bench.yaml.
     """
@@ -184,7 +184,7 @@ def _ranges(bench: Bench, from_logs: Mapping[str, Interval]) -> dict[str, tuple[
 
 
 def explained(logs: AxisLogs, outcome: Outcome) -> Outcome:
-    """Return the outcome with its force error; refuse parameters that do not explain the effort.
+    """Add the force error to the outcome, and refuse parameters that do not explain the effort.
 
     If values in bench.yaml cause a force error above LARGEST_FORCE_ERROR, each parameter that is
     not identified gets the value within its range in bench.yaml that minimises the force error. If

@@ -241,8 +241,8 @@ def _beyond(
 ) -> tuple[str, Sequence[str]] | None:
     """Return the first effect whose fitted effort moves parameters out of their intervals.
 
-    The result is the name of the effect, and the names of these parameters. No effect moves a
-    parameter beyond the interval in bench.yaml.
+    The result is the name of the effect, and the names of these parameters. A parameter moves at
+    most to an end of the interval in bench.yaml.
     """
     for effect in effects:
         names = []

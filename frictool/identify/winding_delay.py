@@ -78,7 +78,7 @@ class WindingDelay:
         return [AcceptedEffects((WHAT,), 1.0, shift, scatter=scatter, one_sided=True)]
 
     def corrected(self, inertia: Interval) -> Interval:
-        """Return the inertia of a fit that delays the whole effort, plus the measured increase."""
+        """Return `inertia`, from a fit that delays the whole effort, plus the measured increase."""
         more = self.measured
         if more is None:
             return inertia
@@ -205,10 +205,10 @@ def current_between_samples(
 def undeclared_winding(
     regression: EffectRegression | None, records: Sequence[MotionRecord], bench: Bench
 ) -> str | None:
-    """Return a warning if the winding may change a current between its samples, but R is unknown.
+    """Return a warning if the winding may change a current between samples, but R is unknown.
 
-    The lower end of the fitted delay is then between T/2 and about T, with the sample period T.
-    `current_between_samples` has no result in this case.
+    R is the resistance. The lower end of the fitted delay is then between a half and about one
+    sample period. `current_between_samples` has no result in this case.
     """
     actuator = bench.actuator
     if regression is None or actuator.drive != "current" or actuator.logged_lag_s > 0.0:

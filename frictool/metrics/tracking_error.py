@@ -8,12 +8,12 @@ from frictool.typing import Vector
 
 
 def tracking_error_peak(tracked: Vector, position: Vector) -> float:
-    """Return the largest |tracked - position| (n,) [rad or m]."""
+    """Return the largest |tracked - position| [rad or m] of two signals (n,)."""
     return float(np.max(np.abs(tracked - position)))
 
 
 def tracking_error_rms(tracked: Vector, position: Vector) -> float:
-    """Return the root mean square of tracked - position (n,) [rad or m]."""
+    """Return the root mean square of tracked - position [rad or m], two signals (n,)."""
     return root_mean_square(tracked - position)
 
 

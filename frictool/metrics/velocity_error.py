@@ -9,10 +9,10 @@ from frictool.typing import Vector
 
 
 def velocity_error_rms(estimated: Vector, velocity: Vector) -> float:
-    """Return the root mean square of estimated - velocity (n,) [rad/s or m/s]."""
+    """Return the root mean square of estimated - velocity [rad/s or m/s], two signals (n,)."""
     return root_mean_square(estimated - velocity)
 
 
 def velocity_error_peak(estimated: Vector, velocity: Vector) -> float:
-    """Return the largest |estimated - velocity| (n,) [rad/s or m/s]."""
+    """Return the largest |estimated - velocity| [rad/s or m/s] of two signals (n,)."""
     return float(np.max(np.abs(estimated - velocity)))

@@ -9,16 +9,16 @@ Coulomb friction. In the time t after t0, the axis moves by
     phi2(x) = (e^x - 1 - x)/x^2
     phi3(x) = (phi2(x) - 1/2)/x
 
-On average, the axis passes an edge of the encoder half a sample before the log shows the change. At
-this time, the axis has moved by s = start + (distance from the first change to this change).
-`start`, the distance from the rest position to the first edge, is unknown and at most one count. t0
-and `start` minimise the sum of the squared differences between this s and s(t). The excess at t0
-follows from the ramp.
+On average, the axis passes an edge of the encoder half a sample before the log shows the change.
+Let t_k be this time for change k. At t_k, the axis has moved by s_k = start + (distance from the
+first change to change k). `start`, the distance from the rest position to the first edge, is
+unknown and at most one count. t0 and `start` minimise the sum of the squared differences s_k -
+s(t_k - t0). The excess at t0 follows from the ramp.
 
 The changes may not determine `start`; a single change never does. Another term of the sum therefore
 prefers the value `expected` of `start`. The weight `timing` of this term is a ratio of two
-variances: the variance of s that sampling causes at a change, and the variance 1/12 count^2 of a
-uniformly distributed start.
+variances: the variance of s_k that sampling causes, and the variance 1/12 count^2 of a uniformly
+distributed start.
 
 If a Stribeck velocity v_s > 0 is assumed, friction at the speed v is lower than the breakaway by
 excess (1 - exp(-(v/v_s)^exponent)). s(t) is then a table from a numerical integration, which uses
@@ -57,7 +57,7 @@ RESOLVED = 1e-8  # error of the onset time at the end of the search, relative to
 
 @kernel
 def phi3(x: float) -> float:
-    """Return (e^x - 1 - x - x^2/2)/x^3."""
+    """Return (e^x - 1 - x - x^2/2)/x^3, also for x near 0."""
     if abs(x) > 1.0:
         return (phi2(x) - 0.5) / x
     total = 0.0

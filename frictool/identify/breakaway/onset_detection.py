@@ -65,7 +65,7 @@ ADVANCED, RETURNED, OPPOSED = 8.0, 0.5, 0.5
 
 @dataclass(frozen=True, eq=False)
 class BreakawayOnset:
-    """One breakaway; the time is 0 at the first visible motion.
+    """One breakaway; times count from the first visible motion.
 
     - direction: direction of the motion, +1 or -1
     - level, rate: value at time 0 [N m | N] and slope [N m/s | N/s] of the line that is fitted to

@@ -57,7 +57,7 @@ FIRST_PART = 4  # number of onsets compared before the first decision; each deci
 
 @dataclass(frozen=True)
 class _Sliding:
-    """Inertia and sliding friction in SI units; `shape` (n,) multiplies `coulomb` at each onset."""
+    """Inertia and sliding friction in SI units; `shape` (n,) scales `coulomb` at each onset."""
 
     inertia: float
     viscous: float

@@ -6,9 +6,9 @@ friction at a backward onset:
     direction effort = friction(x) + direction (offset + L(x))
 
 If a log of sliding determines the load, the effort of the load is subtracted at the onsets. The
-intervals of the load then widen the interval of the breakaway. A load that `load.terms` declares,
-but that no log of sliding determines, is treated in two ways. The result with the narrower interval
-is used:
+intervals of the load then widen the interval of the breakaway. If `load.terms` declares a load that
+no log of sliding determines, two results are computed, and the result with the narrower interval is
+used:
 
 - The load is fitted together with the friction. Friction that varies with position may resemble the
   load. The interval of the breakaway therefore also contains the result of a fit in which the

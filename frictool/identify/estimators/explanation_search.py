@@ -356,8 +356,9 @@ def _of_encoder(
 ) -> bool:
     """Return whether a periodic encoder error predicts the strokes better than the ripple `trial`.
 
-    An encoder error e sin(n x) at the position x adds the second time derivative of e sin(n x) to
-    the measured acceleration. The result is False if the hypothesis of `trial` is not a ripple.
+    An encoder error e sin(n x), with the position x and the wave number n, adds its second time
+    derivative to the measured acceleration. The result is False if the hypothesis of `trial` is not
+    a ripple.
     """
     n = trial.wave
     if n is None:

@@ -236,7 +236,7 @@ def _sums(columns: Matrix) -> Matrix:
 
 
 def _peak(rows: RegressionSamples, force: Vector, both: bool, top: float) -> float:
-    """Return the speed v_p [rad/s | m/s] of the largest friction in the curve that fits best."""
+    """Return the speed [rad/s | m/s] at which the curve that fits best has its largest friction."""
 
     def left(logarithm: float) -> float:
         columns = _design(rows, float(np.exp(logarithm)), both)

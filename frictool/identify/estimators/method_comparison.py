@@ -11,8 +11,8 @@ position error at most a tenth above the smallest is chosen. The order of prefer
 that the decision scheme of `auto` prefers, other regressions, output error. Output error is
 rejected if its interval for a parameter does not contain the estimate of the regression with the
 same load terms. This regression is fitted to all logs, and is available even if the halves of the
-logs are too short for a fit, or do not determine all parameters. Without another candidate, output
-error is also rejected if its force error to all logs is above twice that of this regression.
+logs are too short for a fit, or do not determine all parameters. If there is no other candidate,
+output error is also rejected if its force error on all logs is above twice that of this regression.
 
 If the fit includes a disturbing effect (`rows/effects.py`), the preferred method is used without a
 comparison, because the effect cannot be simulated. If the logs are too short to be halved, the

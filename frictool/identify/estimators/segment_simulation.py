@@ -153,7 +153,7 @@ class SegmentSimulation:
 
 
 def _state(segment: RecordSegment, p: Vector) -> Vector:
-    """Return the initial state (7,); a moving axis starts with its backlash closed."""
+    """Return the initial state (7,) of a segment; a moving axis starts with its backlash closed."""
     state = segment.start()
     if state[VELOCITY] != 0.0:
         state[GAP] = np.sign(state[VELOCITY]) * 0.5 * p[BACKLASH]

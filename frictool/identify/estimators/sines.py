@@ -173,7 +173,7 @@ def _coulomb_and_offset(
 
 
 def checked_stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """Return the rows of `stroke_rows`, which are means over the middle of each stroke.
+    """Return the means over the middle of each stroke (`stroke_rows`), and check them.
 
     Raises UnusableLogs if a direction has too few strokes, or if all have nearly the same speed.
     """
@@ -297,7 +297,7 @@ def not_negative(interval: Interval) -> Interval:
 
 
 def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[Regime, ...]:
-    """Return the speed regimes of a model document: the viscous friction above each knee.
+    """Return the entries of a model document for the viscous friction above each knee.
 
     `half` (p,) are the half widths of the coefficients of `pieces`.
     """
@@ -310,7 +310,7 @@ def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[R
 
 
 def regime(knee: float, reach: float, viscous: Interval, bench: Bench) -> Regime:
-    """Return the speed regime of a model document above one knee.
+    """Return the entry of a model document for the viscous friction above one knee.
 
     - knee, reach: speed of the knee and half width of its interval, rad/s | m/s
     - viscous: viscous friction above the knee

@@ -180,8 +180,8 @@ def _chosen(
 ) -> RegressionSamples:
     """Return the samples with the columns of the friction over position and speed in `structure`.
 
-    `bend_j` is the column of viscous friction between knee j and the next knee; `knee_j` is the
-    derivative of the friction with respect to the speed of knee j.
+    For knee j, the column `bend_j` belongs to the viscous friction up to the next knee. The column
+    `knee_j` is the derivative of the friction with respect to the speed of the knee.
     """
     chosen = with_structure(samples, parts, structure)
     pieces = [samples.velocity]

@@ -113,7 +113,7 @@ class PlannedStroke:
 
 
 def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
-    """Return the information matrix M (p, p) of all strokes, each in both directions.
+    """Return the information matrix (p, p) of all strokes, each in both directions.
 
     Rows and columns are in the order of the columns of `regressors`.
     """

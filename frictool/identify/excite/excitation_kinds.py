@@ -135,10 +135,11 @@ def _sine(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> Ex
 def _stroke(
     bench: Bench, limits: BenchLimits, settings: ExcitationSettings, duration: float
 ) -> PlannedStroke:
-    """Return the stroke of a sine with the frequency f, the amplitude A and the top speed 2 pi f A.
+    """Return the stroke of a sine with the frequency, amplitude and top speed in `settings`.
 
-    A setting that is None becomes as large as the limits allow. If all settings are None, the
-    stroke with the smallest Cramér-Rao bounds is chosen.
+    Top speed is 2 pi times frequency times amplitude. A setting that is None becomes as large as
+    the limits allow. If all settings are None, the stroke with the smallest Cramér-Rao bounds is
+    chosen.
     """
     speed, frequency = settings.speed, settings.frequency
     if settings.amplitude is None and speed is None and frequency is None:

@@ -150,7 +150,7 @@ def free_oscillation(
 ) -> FreeOscillation | None:
     """Return the free oscillation in `stop`, or None if the motion is not a free oscillation.
 
-    rate, decay: start values of w [rad/s] and s [1/s].
+    rate, decay: start values of the angular frequency [rad/s] and of the decay rate [1/s].
     """
     time: Vector = stop.period * np.arange(stop.position.size, dtype=np.float64)
     position: Vector = stop.position - float(stop.position.mean())

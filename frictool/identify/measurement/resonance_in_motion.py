@@ -52,7 +52,7 @@ LARGEST_DAMPING = 0.3
 
 
 class _Response(NamedTuple):
-    """Response H (f,) of the acceleration to the effort, with its coherence and standard error."""
+    """Frequency response H (f,) from effort to acceleration, with coherence and standard error."""
 
     value: Spectra
     coherence: Vector

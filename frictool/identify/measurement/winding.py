@@ -256,7 +256,7 @@ class _CurrentModel:
         return _joined(self.pieces, [p.voltage_response(nonlinear) for p in self.pieces])
 
     def speeds(self, lag: float) -> Vector:
-        """Return the averaged and lagged speed (m,)."""
+        """Return the speed (m,), averaged and filtered by the lag."""
         return _joined(self.pieces, [p.speed_response(lag, self.slope) for p in self.pieces])
 
     def linear(self, nonlinear: _NonlinearParameters) -> tuple[Vector, Vector]:
@@ -273,7 +273,7 @@ class _CurrentModel:
         return value, target - columns @ value
 
     def best(self, start: _NonlinearParameters | None) -> _NonlinearParameters:
-        """Return the time constant, delay and drop with the least squared residual."""
+        """Return the time constant, delay and drop that minimise the squared residual."""
         period, largest = self.period, self.largest
 
         def nonlinear(z: Vector) -> _NonlinearParameters:
@@ -300,7 +300,11 @@ class _CurrentModel:
         return nonlinear(z)
 
     def derivatives(self, value: Vector, nonlinear: _NonlinearParameters) -> Matrix:
-        """Return the Jacobian (m, 6) of the current: R, K, L, delay, offset, voltage drop."""
+        """Return the derivatives (m, 6) of the current with respect to the winding's parameters.
+
+        The parameters are resistance, back-EMF constant, inductance, delay, offset and voltage
+        drop.
+        """
         lag, delay, drop = nonlinear
         resistance = 1.0 / value[0]
         constant = -value[1] * resistance

@@ -66,7 +66,7 @@ def slope(z: float, direction: float, limit: float, share: float) -> float:
     """Return dz/dx, the change of the deflection z with the position x.
 
     - direction: any number with the sign of the motion
-    - limit, share: largest deflection z_max, and relative elastic limit z_ba/z_max
+    - limit, share: largest deflection z_max, and elastic limit z_ba divided by z_max
     """
     size = abs(z) / limit
     if z * direction <= 0.0 or size < share:
@@ -114,5 +114,5 @@ def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
 
 
 def share_of(odds: float) -> float:
-    """Return the relative elastic limit z_ba/z_max from `odds` = z_ba/(z_max - z_ba)."""
+    """Return the relative elastic limit z_ba/z_max (module docstring) for `odds`."""
     return odds / (1.0 + odds)

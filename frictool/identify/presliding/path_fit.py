@@ -50,7 +50,7 @@ class PreslidingFit:
 
     @property
     def stiffness(self) -> Interval:
-        """Return the stiffness [N m/rad | N/m], the first parameter of each law."""
+        """Return the stiffness [N m/rad | N/m], the first of `parameters` for every law."""
         return self.parameters[0]
 
 

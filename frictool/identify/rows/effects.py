@@ -180,8 +180,8 @@ def _temperature(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
     At h kelvin above the reference temperature, a friction F becomes F exp(p) with p = r h + k h^2.
     r [1/K] is the relative change of F per kelvin at h = 0, and k [1/K^2] is the coefficient of h^2
-    in p. With I = (exp(p) - 1)/p, F exp(p) equals F + F r h I + F k h^2 I. The column of k is left
-    out if the record has k = 0 (`viscous_curvature`).
+    in p. With I = (exp(p) - 1)/p, this is F exp(p) = F + F r h I + F k h^2 I. The last two terms
+    give the columns. The column of k is left out if the record has k = 0 (`viscous_curvature`).
     """
     warm = motion.record.temperature
     if warm is None:

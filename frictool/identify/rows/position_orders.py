@@ -32,7 +32,7 @@ def orders_above(order: int | None) -> frozenset[str]:
 
 
 def spline_scale(orders: Vector, coefficients: Vector) -> float:
-    """Return the scale t [N m | N] of the prior from the coefficients (n,) of `orders` (n,)."""
+    """Return the scale t [N m | N] of the prior (module docstring) from coefficients (n,)."""
     return float(np.sqrt(np.mean((orders**2 * coefficients) ** 2)))
 
 

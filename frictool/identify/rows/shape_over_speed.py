@@ -28,8 +28,8 @@ def named_by_shape(
 ) -> Hypothesis:
     """Return the hypothesis `one` in FALLS, with a name and advice chosen by its fitted effort.
 
-    `values` are the fitted parameters of `model`, which contains `one`. A Stribeck curve cannot be
-    fitted to an axis with a load.
+    `values` are the fitted parameters of `model`, which contains `one`. If the model has a load,
+    the advice is not to fit a Stribeck curve, because that method cannot fit loads.
     """
     names = [name for fall in model if fall.term in FALLS for name in fall.names]
     friction = _friction(names, values, samples)

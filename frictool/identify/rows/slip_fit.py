@@ -237,7 +237,7 @@ def shortest_window(records: list[MotionRecord], share: float) -> int:
 
 
 def slipping_window(records: list[MotionRecord], window: int | None) -> int:
-    """Return `window`; if it is None, return a smoothing window [samples] that suits all records.
+    """Return `window` or, if it is None, a smoothing window [samples] that suits all records.
 
     Raises UnusableLogs if the axis never moves by more than one encoder count.
     """

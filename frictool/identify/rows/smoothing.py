@@ -152,8 +152,8 @@ def filter_blocks(
 ) -> None:
     """Fill `out` (3, n) with smoothed acceleration, velocity and effort, SI.
 
-    The first and last (w - 1)/2 columns of `out` are not written, because the window of w samples
-    does not fit there.
+    The filter has w samples. It does not fit at the ends: the first and last (w - 1)/2 columns of
+    `out` are not written.
 
     Parameters
     ----------
@@ -211,8 +211,8 @@ def smoothed(record: MotionRecord, window: int) -> tuple[Vector, Vector, Vector]
 def smoothed_by(record: MotionRecord, g: Vector) -> tuple[Vector, Vector, Vector]:
     """Return acceleration, velocity and effort (n,), smoothed by a symmetric kernel g of sum 1.
 
-    With the second difference, a result depends on `window` samples, two more than g has values.
-    The first and last (window - 1)/2 values of each signal are therefore NaN.
+    Because of the second difference, each value depends on `window` samples; `window` is the length
+    of g plus 2. The first and last (window - 1)/2 values of each signal are therefore NaN.
     """
     window = g.size + 2
     out = np.empty((3, record.position.size))

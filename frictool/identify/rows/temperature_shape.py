@@ -70,7 +70,7 @@ def shaped(records: Sequence[MotionRecord], bench: Bench) -> list[MotionRecord]:
 
 
 def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, float]:
-    """Return the exponents r [1/K], q [1/K] and k [1/K^2] of friction over temperature.
+    """Return the exponents r [1/K], q [1/K] and k [1/K^2] defined in the module docstring.
 
     r and k belong to viscous friction, q to Coulomb friction. All exponents are 0 if the axis never
     slips.
@@ -94,9 +94,10 @@ def _shape(records: list[MotionRecord], bench: Bench) -> tuple[float, float, flo
 
 
 def _fitted(rows: Matrix, curved: bool) -> tuple[Vector, float]:
-    """Return the exponents r, q, k (3,) of friction, and the sum of the squared residuals.
+    """Return the exponents r, q, k (3,) (module docstring), and the sum of squared residuals.
 
-    The columns of `rows` (n, 6) are a, v, s, 1, h and the effort. If `curved` is False, k is 0.
+    The columns of `rows` (n, 6) are acceleration, velocity, direction, 1, temperature above the
+    reference, and effort. If `curved` is False, k is 0.
     """
     a, v, s, one, h, effort = rows.T
     shape = np.zeros(3)
@@ -118,7 +119,7 @@ def _fitted(rows: Matrix, curved: bool) -> tuple[Vector, float]:
 
 
 def _can_show_curvature(excess: Vector) -> bool:
-    """Return whether the temperatures h (n,) can show a curvature; two levels of h cannot."""
+    """Return whether the temperatures `h` (n,) can show a curvature; two levels are not enough."""
     scaled = excess / np.ptp(excess)
     line = np.column_stack([np.ones(scaled.size), scaled])
     left = scaled**2 - line @ np.linalg.lstsq(line, scaled**2, rcond=None)[0]

@@ -19,14 +19,14 @@ values within the intervals may fit the log, but the model's values do not.
 The force error says nothing about samples at rest, and an unstable model may have a small force
 error. A model whose simulated position strays therefore does not reproduce the log, either:
 
-- The range contains the travel of the bench and all measured positions. The bench states the
-  travel, and a controller holds the position, or a spring or gravity changes over the range by more
-  than Coulomb friction and effort error together: the simulated position must then stay in the
-  range, extended by `limit` times the length of the range.
-- Without such a holding effort, the simulated position drifts, because the axis integrates errors
-  of the effort. An rms error e moves a sliding axis of inertia J and viscous friction b by at most
-  e T min(1/b, T/J) during the time T. If a model with a controller, a spring or gravity drifts
-  further than this bound, it is unstable.
+- The range contains the travel of the bench and all measured positions. The simulated position must
+  stay in the range, extended by `limit` times its length, if the bench states the travel and if
+  something holds the position. This is either a controller, or a spring or gravity that changes
+  over the range by more than Coulomb friction and effort error together.
+- In all other cases, the simulated position drifts, because the axis integrates errors of the
+  effort. An rms error e moves a sliding axis of inertia J and viscous friction b by at most e T
+  min(1/b, T/J) during the time T. A model with a controller, a spring or gravity is unstable if it
+  drifts further than this bound.
 
 If the axis rests although the effort, minus offset and load of the model, exceeds the breakaway by
 more than `limit`, a force that the model lacks holds the axis (`rest_balance.py`). The answer is
@@ -91,7 +91,7 @@ class Judgement:
 
     @property
     def warning(self) -> str | None:
-        """Return answer and advice as text; if the answer is yes, only the advice, or None."""
+        """Return answer and advice as text, but only the advice (or None) if the answer is yes."""
         return (self.advice or None) if self.holds else f"{self.line}; {self.advice}"
 
 
