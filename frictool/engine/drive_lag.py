@@ -58,7 +58,9 @@ def outgrowing_time(
     lag: float,
     remaining: float,
 ) -> float:
-    """Return the first t in [0, remaining] at which the effort reaches the breakaway, or NEVER.
+    """Return the first t in [0, remaining] at which the effort reaches the breakaway.
+
+    The result is NEVER (-1) if the effort does not reach the breakaway in this interval.
 
     effort(t)    = settled - losing e^{-t/lag}              losing > 0, lag > 0
     breakaway(t) = full dwell_factor(rested + t, fresh, rise)

@@ -88,10 +88,11 @@ def _first_zero(c: Vector, h: float) -> float:
 
 @kernel
 def first_fall(c: Vector, h: float) -> float:
-    """Return the first t in [0, h] at which a polynomial p falls to zero from above, or NEVER.
+    """Return the first t in [0, h] at which a polynomial p falls to zero from above.
 
-    The result is 0 if p(0) < 0, or if p(0) = 0 and p falls. If p(0) = 0 and p rises, the zero at
-    t = 0 is ignored, because it is the start of a motion and not a stop.
+    The result is NEVER (-1) if p does not fall to zero in this interval. The result is 0 if
+    p(0) < 0, or if p(0) = 0 and p falls. If p(0) = 0 and p rises, the zero at t = 0 is ignored,
+    because it is the start of a motion and not a stop.
     """
     if h <= 0.0:
         return NEVER

@@ -81,7 +81,9 @@ def _root(phase: Phase, quantity: int, level: float, low: float, high: float) ->
 
 @kernel
 def fall_time(phase: Phase, level: float, duration: float) -> float:
-    """Return the first t in [0, duration] at which the speed falls to `level`, or NEVER.
+    """Return the first t in [0, duration] at which the speed falls to `level`.
+
+    The result is NEVER (-1) if the speed does not fall to `level` within `duration`.
 
     level: a speed of at most w0, the initial speed; 0 for the stop. If `level` equals w0, the
     result is 0 unless the speed rises at t = 0.
@@ -107,7 +109,9 @@ def fall_time(phase: Phase, level: float, duration: float) -> float:
 
 @kernel
 def rise_time(phase: Phase, level: float, duration: float) -> float:
-    """Return the first t in [0, duration] at which the speed rises to `level`, or NEVER.
+    """Return the first t in [0, duration] at which the speed rises to `level`.
+
+    The result is NEVER (-1) if the speed does not rise to `level` within `duration`.
 
     level: a speed of at least w0, the initial speed.
     """
@@ -117,9 +121,10 @@ def rise_time(phase: Phase, level: float, duration: float) -> float:
 
 @kernel
 def travel_time(phase: Phase, length: float, duration: float) -> float:
-    """Return the time [s] in (0, duration] at which the distance `length` is covered, or NEVER.
+    """Return the time [s] in (0, duration] at which the distance `length` is covered.
 
-    The speed must not fall below zero within `duration`.
+    The result is NEVER (-1) if the distance covered within `duration` is shorter. The speed must
+    not fall below zero within `duration`.
     """
     if distance(phase, duration) < length:
         return NEVER

@@ -31,7 +31,9 @@ def region(body: Vector, speed: float) -> float:
 def sooner(
     piece: Vector, terms: int, row: int, sign: float, level: float, longest: float, probe: Vector
 ) -> float:
-    """Return the first time [s] up to `longest` at which a polynomial passes `level`, or NEVER.
+    """Return the first time [s] up to `longest` at which a polynomial passes `level`.
+
+    The result is NEVER (-1) if the polynomial does not pass `level` in this time.
 
     The polynomial's coefficients are in `row` of `piece`: 0 for the position, 1 for the velocity, 3
     for the velocity of a lubricant film. At the returned time, sign * (polynomial - level) falls to

@@ -130,9 +130,8 @@ def _of_clock(clock_ns: int | None, first: float) -> str | None:
 def as_date(text: str) -> str | None:
     """Return the date in a text as ISO 8601; None if the text is not a date.
 
-    The text consists of year, month and day, which hour, minute and second may follow.
-
-    Any characters may separate the digits.
+    The text consists of year, month and day, and optionally hour, minute and second. Any characters
+    may separate the digits.
 
     >>> as_date("2026-01-03_08h15")
     '2026-01-03T08:15:00'

@@ -170,7 +170,7 @@ class CanonicalWriter:
         )
 
     def describe(self, name: str, entries: dict[str, str]) -> None:
-        """Write the metadata record `name`, which maps the keys of `entries` to texts."""
+        """Write the metadata record `name` with the texts `entries`, by key."""
         self._drain()
         record = _bytes(Metadata(name, {key: readable(text) for key, text in entries.items()}))
         self._metadata.append(MetadataIndex(self._offset, len(record), name))

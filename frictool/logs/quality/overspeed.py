@@ -34,7 +34,7 @@ def overspeed_words(speed: float, bench: Bench, name: str) -> str:
 
 
 def overspeed_of_streams(streams: Mapping[str, Stream], bench: Bench) -> str:
-    """Return the warning of `overspeed_words` for the fastest of the named streams, or ""."""
+    """Return the warning of `overspeed_words` for the fastest stream; "" without a warning."""
     speeds = {
         name: float(np.nanmax(np.abs(one.signals["velocity"]), initial=0.0))
         for name, one in streams.items()
