@@ -1,2 +1,4 @@
-"""Timings against peers: `make bench`. Each bench_*.py here defines ROWS, functions that return one
-row of the table each."""
+"""Timings of frictool against peers: `make bench`.
+
+Each file bench_*.py defines ROWS, a list of functions; each function returns one row of the table.
+"""

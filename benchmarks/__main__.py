@@ -1,9 +1,10 @@
-"""Runs every benchmark, prints a table and writes the rows as JSON.
+"""Run the benchmarks, print a table, and write its rows as JSON.
 
     python -m benchmarks build/bench.json [ID...]
 
-With ids, only those rows; --help says more. ratio > 1 means ours is better. A row whose peer is not
-installed is skipped, and the reason printed. Exit code 1 where a row fails.
+With IDs, only these rows are computed. A ratio above 1 means that frictool is better than the peer.
+If a peer is not installed, its rows are skipped, and the reason is printed. The exit code is 1 if a
+row fails.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ Row = Callable[[], dict[str, Any]]
 
 
 def collect(folder: Path) -> list[Row]:
-    """The rows of all bench_*.py, in order."""
+    """Return the row functions of all files bench_*.py, in the order of the files."""
     return [
         row
         for path in sorted(folder.glob("bench_*.py"))
@@ -37,7 +38,7 @@ def shown(row: dict[str, Any]) -> str:
 
 
 def run(rows: list[Row], ids: list[str]) -> tuple[list[dict[str, Any]], int]:
-    """The finished rows, and how many failed."""
+    """Compute and print the rows; return the finished rows and the number of failed rows."""
     done, failed = [], 0
     print(
         f"{'id':<24} {'peer':<28} {'ours':>10} {'theirs':>10} {'unit':<12} {'ratio':>8}  accuracy"
@@ -61,23 +62,26 @@ def run(rows: list[Row], ids: list[str]) -> tuple[list[dict[str, Any]], int]:
 
 
 def name_of(row: Row) -> str:
-    """A row's id: its function's attribute `id`, else from its name: `log_read` is log.read."""
+    """Return the ID of a row function: its attribute `id`, by default from its name.
+
+    The function log_read has the default ID log.read.
+    """
     return getattr(row, "id", None) or row.__name__.replace("_", ".", 1)
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
-        description="Times frictool against its peers, prints a table and writes the rows as "
-        "JSON. Exit code 1 where a row fails.",
+        description="Time frictool and its peers, print a table, and write the rows as JSON. The "
+        "exit code is 1 if a row fails.",
         epilog="Example: python -m benchmarks build/bench.json mechanism.real_time",
     )
-    parser.add_argument("target", type=Path, help="the JSON file to write")
+    parser.add_argument("target", type=Path, help="JSON file to write")
     parser.add_argument(
         "ids",
         nargs="*",
         metavar="ID",
-        help="only these rows, such as log.read; all where none is named",
+        help="only these rows, such as log.read; by default all",
     )
     return parser
 

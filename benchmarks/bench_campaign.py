@@ -1,15 +1,16 @@
-"""A campaign of the clutch: one step of 1.1 s on plants drawn from the bench's ranges, each judged
-by the specification of 5.4.1.
+"""Campaigns of the clutch: steps on plants drawn from the bench's ranges, judged by 5.4.1.
 
-`campaign.judged_trial`: processor time of a trial of `configs/clutch/scenarios/campaign.yaml`, from
-the draw to the verdict, in a campaign, against the functions of `simulate` and `report` on the same
-drawn scenarios; the largest relative difference of a figure. Asked for are 0.8 ms.
-`campaign.hundred_thousand`: 100 000 trials on 2 cores, from the draws to what the page says,
-against 1000 in one thread without a start; at most 60 times as long is asked for. The other rows: a
-trial of ours, judged, against one of a pool of two processes in which scipy's `solve_ivp` with
-events moves the same plants under the same controller, not judged. What a quantiser in the loop
-does to a difference of rounding is seen in the position at the end: how many plants end within one
-count of the exact run's.
+campaign.judged_trial       processor time of a trial, from the draw to the verdict; at most 0.8 ms
+                            is required. The peer simulates and judges the same draws one after
+                            another by the functions of `simulate` and `report`. The accuracy is the
+                            largest relative difference of a value.
+campaign.hundred_thousand   wall time of 100 000 trials on 2 cores, with their statistics. It must
+                            be at most 60 times the wall time of 1000 trials in one thread.
+campaign.pool_*             wall time of a judged trial of one step of 1.1 s. In two processes, the
+                            peer moves the same plants under the same controller by scipy's
+                            `solve_ivp` with events, without a judgement. The encoder's quantiser
+                            amplifies rounding errors. The accuracy is therefore the number of
+                            plants whose final positions differ by less than one encoder count.
 """
 
 from __future__ import annotations
@@ -56,12 +57,12 @@ FINE: dict[str, Any] = {"method": "DOP853", "rtol": 1e-10, "max_step": np.inf}
 
 
 def steps() -> TrialPlayer:
-    """Return a player of one step of 1.1 s on drawn clutches."""
+    """Return a player of trials: one step of 1.1 s on drawn clutches."""
     return trial(None, steps=(Step(Quantity(value=TARGET, unit="rad"), SECONDS),), drive_noise=0.0)
 
 
 def campaign(play: TrialPlayer, count: int, cores: int) -> Trials:
-    """So many trials."""
+    """Run `count` trials on `cores` cores."""
     units = draws_of("random", count, play.space.size, seed=1).units
     begun = time.perf_counter()
     metrics = metrics_of(play.nominal())
@@ -81,7 +82,7 @@ def _shared(cores: int, function: Any, jobs: Any, batch: int, instead: Any) -> A
 
 
 def campaign_judged_trial() -> dict[str, Any]:
-    """Processor time of a trial in a campaign against that of simulation and verdict as stages."""
+    """Return the row of a trial in a campaign, compared with separate stages."""
     life = load(CLUTCH / "scenarios" / "campaign.yaml", Scenario)
     play = trial(life.spread, life.seed, steps=life.steps, drive_noise=life.drive_noise)
     units = draws_of("random", JUDGED, play.space.size, life.seed).units
@@ -122,7 +123,10 @@ def campaign_judged_trial() -> dict[str, Any]:
 
 
 def campaign_hundred_thousand() -> dict[str, Any]:
-    """ratio: 60 times 1000 in one thread, over 100 000 on two cores."""
+    """Return the row of 100 000 trials on two cores.
+
+    The peer is 60 times the time of 1000 trials in one thread.
+    """
     play = steps()
     campaign(play, 10, 1)
     seconds = []
@@ -146,12 +150,12 @@ def campaign_hundred_thousand() -> dict[str, Any]:
 
 
 def campaign_pool_usual() -> dict[str, Any]:
-    """Against RK45 at a relative tolerance of 1e-6."""
+    """Return the row against RK45 with a relative tolerance of 1e-6."""
     return _against_pool("campaign.pool_usual", USUAL)
 
 
 def campaign_pool_fine() -> dict[str, Any]:
-    """Against DOP853 at a relative tolerance of 1e-10."""
+    """Return the row against DOP853 with a relative tolerance of 1e-10."""
     return _against_pool("campaign.pool_fine", FINE)
 
 
@@ -193,7 +197,10 @@ def _against_pool(name: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _moved(values: dict[str, float], options: dict[str, Any]) -> float:
-    """Where a plant ends: the sampled loop in Python, `solve_ivp` between the samples."""
+    """Return the final position of a plant under the sampled controller.
+
+    The controller runs in Python; `solve_ivp` moves the plant between the samples.
+    """
     play = steps()
     controller, model = play.setting.controller, play.setting.plant
     axis, period = axis_of(model, **values), controller.sample_period_s

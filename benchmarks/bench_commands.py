@@ -1,9 +1,11 @@
-"""Processor time of commands as users start them, against imports of numpy.
+"""Processor time of commands, compared with a limit in units of an import of numpy.
 
-`command.NAME`: median of the whole process with compiled kernels. `chain.compile` and `chain.demo`:
-the commands of `make demo` once with an empty kernel cache, without installation; `chain.compile`
-is what they take longer than with compiled kernels. The peer is a limit: a number of processes that
-import numpy, timed in turn with the command.
+command.NAME     median of the whole process, with compiled kernels
+chain.demo       commands of `make demo`, run once with an empty kernel cache, without installation
+chain.compile    part of chain.demo that is needed to compile kernels
+
+The peer is the limit: a number of processes that import numpy. These processes are timed in turn
+with the command.
 """
 
 from __future__ import annotations
@@ -54,10 +56,10 @@ IMPORT = (sys.executable, "-c", "import numpy")
 
 
 class Chain:
-    """The rig of the clutch in a folder of its own, and the first, compiling, run of its commands.
+    """Copy of the clutch's rig, and the first run of its commands, which compiles kernels.
 
-    `first`: processor time of each command with the kernels that the commands before it compiled
-    [s].
+    `first`: processor time of each command [s]. A command uses the kernels that earlier commands
+        compiled.
     """
 
     def __init__(self) -> None:
@@ -92,12 +94,12 @@ class Chain:
 
     @functools.cached_property
     def unit(self) -> float:
-        """Median processor time of an import of numpy [s]."""
+        """Return the median processor time of an import of numpy [s]."""
         return statistics.median(self.spent(IMPORT) for _ in range(2 * ROUNDS))
 
     @functools.cache  # noqa: B019  # one chain for all rows
     def warm(self, name: str) -> tuple[float, float]:
-        """Return the median processor times of a command and of imports in turn with it [s]."""
+        """Return the median processor times [s] of a command and of imports in turn with it."""
         pairs = [(self.cost(name), self.spent(IMPORT)) for _ in range(ROUNDS)]
         ours, imports = zip(*pairs, strict=True)
         return statistics.median(ours), statistics.median(imports)
@@ -105,7 +107,7 @@ class Chain:
 
 @functools.cache
 def chain() -> Chain:
-    """Return the chain, run once for all rows."""
+    """Return the chain, which is run once for all rows."""
     return Chain()
 
 
@@ -131,14 +133,14 @@ def _command(name: str, limit: float) -> Callable[[], dict[str, Any]]:
 
 
 def chain_compile() -> dict[str, Any]:
-    """Measure the compilation of the commands of `make demo`."""
+    """Return the row of the time in which the commands of `make demo` compile kernels."""
     made = chain()
     compiled = sum(made.first[name] - made.warm(name)[0] for name in DEMO)
     return _against("chain.compile", compiled, made.unit, COMPILED_UNITS)
 
 
 def chain_demo() -> dict[str, Any]:
-    """The commands of `make demo` with an empty kernel cache."""
+    """Return the row of the commands of `make demo` with an empty kernel cache."""
     made = chain()
     return _against("chain.demo", sum(made.first[name] for name in DEMO), made.unit, DEMO_UNITS)
 

@@ -1,9 +1,10 @@
-"""Duration of a designed test against the best single kind of test at equal precision.
+"""Duration of a designed test, compared with the best test of a single kind.
 
-`excite.RIG`: Coulomb friction to 2 % and inertia to 1 % on a bench of studies/promises. Ours is the
-duration of the test that `excite --for` writes. The peer is the shortest test of a single kind
-(`excite --kind`) that reaches the same precision in rehearsals. The last column also states the
-processor time of the design. `excite.design` compares the largest of these times with LIMIT.
+excite.RIG       test of Coulomb friction to 2 % and inertia to 1 % on a bench of studies/promises.
+                 frictool's value is the duration of the test that `excite --for` writes. The peer
+                 is the shortest test of one kind (`excite --kind`) that reaches the same precision
+                 in simulation. The last column also states the processor time of the design.
+excite.design    largest of these processor times, compared with LIMIT
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ Row = Callable[[], dict[str, Any]]
 
 @functools.cache
 def designed(name: str) -> tuple[float, float]:
-    """Duration of the designed test [s] and processor time of its design [s]."""
+    """Return the duration of the designed test [s] and the processor time of its design [s]."""
     begin = time.process_time()
     test = rehearsed_strokes(_bench(name), PrecisionRequest(WANTED))
     return test.sequence.duration, time.process_time() - begin
@@ -49,10 +50,11 @@ def _bench(name: str) -> Bench:
 
 
 def single_kind(bench: Bench, kind: str) -> float:
-    """Duration of the shortest test of one kind with the wanted precision [s], or inf.
+    """Return the duration of the shortest test of one kind with the requested precision [s].
 
-    The length of the next test follows from the half widths of a rehearsed test, which are
-    proportional to the inverse square root of the length.
+    The half widths of a simulated test are proportional to the inverse square root of its length.
+    The length of the next simulated test follows from this rule. The result is infinite if no test
+    has the precision.
     """
     shortest = math.inf
     length = 1.0  # duration or repetitions, relative to the default

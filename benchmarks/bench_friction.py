@@ -1,8 +1,8 @@
-"""Preisach hysteresis of 20 x 20 cells along a path of nested loops: the Everett stack against the
-bank of relays of (3.18), both compiled.
+"""Preisach hysteresis of 20 x 20 cells along a path of nested loops.
 
-The bank has one relay a cell, in its middle: it moves in steps. Errors are those against the Masing
-hysteresis whose centred cycles gave the distribution.
+frictool's Everett stack is compared with the bank of relays of (3.18); both are compiled. The bank
+has one relay in the middle of each cell, so that its force changes in steps. Errors are relative to
+the Masing hysteresis from whose centred cycles the weights of the cells were computed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ POINTS, ROUNDS = 50_000, 7
 
 @kernel
 def stack_path(path: Vector, table: Vector, memory: Vector, forces: Vector) -> None:
-    """Forces (n,) along the path (n,), in units of F_s and z_max."""
+    """Fill `forces` (n,) along the path (n,) by the Everett stack, in units of F_s and z_max."""
     for k in range(path.shape[0]):
         forces[k] = preisach_force(memory, path[k], table, 1.0, 1.0)
         preisach_move(memory, path[k], table, 1.0)
@@ -34,7 +34,10 @@ def stack_path(path: Vector, table: Vector, memory: Vector, forces: Vector) -> N
 def relay_path(
     path: Vector, up: Vector, down: Vector, share: Vector, state: Vector, forces: Vector
 ) -> None:
-    """The same by relays (m,) with thresholds `up` >= `down`, weights `share` and states."""
+    """Fill `forces` (n,) along the path (n,) by m relays, in units of F_s and z_max.
+
+    up, down, share, state: switching positions `up` >= `down`, weight and state of each relay (m,)
+    """
     for k in range(path.shape[0]):
         total = 0.0
         for i in range(up.shape[0]):
@@ -47,7 +50,7 @@ def relay_path(
 
 
 def relays(table: Vector) -> tuple[Vector, Vector, Vector, Vector]:
-    """Thresholds, weights and demagnetised states of one relay a cell."""
+    """Return switching positions `up` and `down`, weight and demagnetised state of each relay."""
     weights = cell_weights(table)
     cells = weights.shape[0]
     places = (np.arange(cells) + 0.5) * 2.0 / cells - 1.0
@@ -70,7 +73,7 @@ def by_stack(path: Vector, table: Vector) -> Vector:
 
 
 def friction_preisach() -> dict[str, Any]:
-    """Wall time of one step of the operator."""
+    """Return the row of the wall time of one step of the operator."""
     t = np.linspace(0.0, 400.0, POINTS)
     path = 0.6 * np.sin(t) + 0.35 * np.sin(3.7 * t)
     table = masing_everett()

@@ -1,11 +1,12 @@
-"""An hour at 1 kHz identified with intervals against one `numpy.linalg.lstsq` on the prepared rows.
+"""Identification of an hour at 1 kHz with intervals, compared with one `numpy.linalg.lstsq`.
 
     identify.hour                 least squares: filter, slip mask, QR, jackknife
-    identify.hour.output_error    output error: load terms compared on held-out halves, the search,
-                                  the influence of each cluster of strokes
+    identify.hour.output_error    output error: choice of load terms on held-out halves, search,
+                                  influence of each cluster of strokes
 
-The hour is 120 tests of the simulated clutch, one after the other with a pause of the clock. Peak
-memory is that of a process of its own that holds the log and identifies it once.
+The peer solves the prepared rows of least squares. The hour consists of 120 tests of the simulated
+clutch, with a gap in time after each. The peak memory is that of a separate process, which makes
+the log and identifies it once.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ KILOBYTE = 1024
 
 
 def hour() -> MotionRecord:
-    """An hour of half sines on the clutch with its encoder of 56 points."""
+    """Return the record of an hour of half sines on the clutch; its encoder has 56 counts."""
     columns, row, start = np.empty((3, TESTS * MOST_ROWS)), 0, 0.0
     for seed in range(TESTS):
         log = sines(seed)
@@ -43,7 +44,7 @@ def hour() -> MotionRecord:
 
 
 def peak_bytes(method: str) -> int:
-    """Peak resident memory of a fresh process that makes the hour and identifies it."""
+    """Return the peak memory [bytes] of a process that makes the hour and identifies it."""
     assert method in METHODS
     code = f"from benchmarks.bench_identify import alone; alone({method!r})"
     return int(
@@ -62,7 +63,7 @@ def alone(method: str) -> None:
 
 
 def rows(record: MotionRecord, bench: Bench) -> tuple[np.ndarray, np.ndarray]:
-    """The prepared regressors (n, 4) and efforts (n,)."""
+    """Return the prepared regressors (n, 4) and efforts (n,)."""
     samples, _ = slipping([record], bench, SMALLEST_SHARE, None)
     return np.column_stack(samples.columns), samples.effort
 

@@ -1,4 +1,4 @@
-"""Start-up, ingest, and the canonical log against the tools that a user would take instead."""
+"""Start-up, conversion and canonical logs, compared with other tools for the same task."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ BENCH = Bench(
 
 
 def startup_help() -> dict[str, Any]:
-    """`frictool --help` against importing click, both as processes."""
+    """Return the row of `frictool --help` against a process that imports click."""
     frictool = Path(sys.executable).with_name("frictool")
 
     def ours() -> None:
@@ -58,7 +58,7 @@ def startup_help() -> dict[str, Any]:
 
 
 def ingest_csv() -> dict[str, Any]:
-    """CSV to canonical log, written, against parsing alone."""
+    """Return the row of the conversion of CSV to a canonical log, against parsing the CSV."""
     rng = np.random.default_rng(SEED)
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "raw.csv"), Path(folder, "log.mcap")
@@ -110,7 +110,10 @@ def _save(log: Log, path: Path) -> None:
 
 
 def log_read() -> dict[str, Any]:
-    """Reading with all CRCs checked, against the mcap reader's iteration with the ros2 decoder."""
+    """Return the row of reading a log with all CRCs checked.
+
+    The peer is the mcap reader, which decodes each message with its ROS 2 decoder.
+    """
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
@@ -139,7 +142,7 @@ def log_read() -> dict[str, Any]:
 
 
 def log_read_csv() -> dict[str, Any]:
-    """Reading with all CRCs checked, against the same data as CSV through pyarrow."""
+    """Return the row of reading a log with all CRCs checked, against pyarrow's CSV reader."""
     import pyarrow.csv
 
     log = _log(SAMPLES)
@@ -168,7 +171,10 @@ log_read_csv.id = "log.read.csv"
 
 
 def log_write() -> dict[str, Any]:
-    """Writing, against the mcap writer's message loop on messages that are encoded already."""
+    """Return the row of writing a log.
+
+    The peer is the mcap writer, which writes messages that are encoded already.
+    """
     from mcap.writer import Writer
 
     log = _log(SAMPLES)

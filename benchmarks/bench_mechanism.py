@@ -1,11 +1,12 @@
-"""Mechanisms of many blocks: the engine against real time, against its own length, and against
-integrators of the same equations.
+"""Simulation of mechanisms with many blocks.
 
-The mechanism: sliders of 0.1 kg in a row, each on dry friction (0.1 N, breakaway 0.13 N, 0.05 N
-s/m), springs between neighbours that put the resonances of 20 sliders between 8 Hz and 100 Hz at a
-damping of 2 %, three of the links with a play of 2 mm. Friction and flanks are exact in the engine:
-each stop, breakaway and contact is an instant that it finds. Errors are those of the positions at
-the end, against the engine at a tolerance of 1e-12, over the way of the driven slider.
+The engine is compared with real time, with linear growth over the number of blocks, and with other
+integrators of the same equations. The mechanism is a row of sliders of 0.1 kg with dry friction
+(0.1 N, breakaway 0.13 N, 0.05 N s/m). Springs between neighbours have a damping ratio of 2 %; the
+resonances of 20 sliders are between 8 Hz and 100 Hz. Three of the links have a play of 2 mm. The
+engine treats friction and flanks exactly, because it computes the time of each stop, breakaway and
+contact. Errors are those of the final positions against the engine at a tolerance of 1e-12, divided
+by the distance that the driven slider moves.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ MOST_COST = 10.0  # largest cost of a stiff link, relative to that of the first
 
 
 def chain(count: int, gaps: int = 3) -> Builder:
-    """The mechanism."""
+    """Return the mechanism with `count` sliders and `gaps` links with play per 20 sliders."""
     b = Builder()
     for i in range(count):
         b.block(MASS, 0.5)
@@ -57,7 +58,7 @@ def chain(count: int, gaps: int = 3) -> Builder:
 def player(
     b: Builder, commands: Vector, period: float, tolerance: float | None = None
 ) -> Callable[[], MechanismRun]:
-    """A function that runs the mechanism from rest."""
+    """Return a function that simulates the mechanism from rest."""
     packed = b.packed()
     machine, start = prepare(packed), np.zeros(len(b.inertia))
     more = {} if tolerance is None else {"tolerance": tolerance}
@@ -65,7 +66,10 @@ def player(
 
 
 def swinging(count: int) -> Vector:
-    """Commands that make all sliders stick and slip: 1 Hz, three times their friction together."""
+    """Return commands (n, 1) [N] that make all sliders stick and slip.
+
+    They are a sine of 1 Hz with three times the Coulomb friction of all sliders together.
+    """
     return 0.3 * count * np.sin(2.0 * np.pi * PERIOD * np.arange(round(SECONDS / PERIOD)))[:, None]
 
 
@@ -74,7 +78,7 @@ def switching() -> Vector:
 
 
 def cost(call: Callable[[], Any]) -> float:
-    """The least processor seconds of some calls: one core, whatever else the machine does."""
+    """Return the least processor time of several calls in one thread [s]."""
     call()
     taken = []
     for _ in range(ROUNDS):
@@ -85,8 +89,10 @@ def cost(call: Callable[[], Any]) -> float:
 
 
 def mechanism_real_time() -> dict[str, Any]:
-    """Real time over the engine's, 20 sliders with play, commands held for 1 ms; at least 100 is
-    asked for."""
+    """Return the row of 20 sliders with play against real time; a ratio of 100 is required.
+
+    Each command is constant for 1 ms.
+    """
     call = player(chain(20), swinging(20), PERIOD)
     ours = cost(call)
     found = call()
@@ -107,8 +113,10 @@ def _slope(calls: list[Callable[[], Any]]) -> tuple[float, list[float]]:
 
 
 def mechanism_length() -> dict[str, Any]:
-    """The exponent of the cost over the chain's length, all sliders slipping; as a ratio to 1,
-    which is linear."""
+    """Return the row of the growth of the cost over the number of sliders, all of which slip.
+
+    The cost is proportional to a power of this number. The exponent is compared with 1.
+    """
     t = PERIOD * np.arange(round(SECONDS / PERIOD))
     calls = []
     for count in LENGTHS:
@@ -131,13 +139,16 @@ def mechanism_length() -> dict[str, Any]:
 
 
 class Switching:
-    """The same chain for solve_ivp: modes held, an event for each slider's stop or breakaway."""
+    """The same chain for `solve_ivp`, with an event for the stop or breakaway of each slider.
+
+    The mode of each slider, stick or slip, is constant between events.
+    """
 
     def __init__(self, count: int) -> None:
         self.count, self.modes, self.effort = count, np.zeros(count), 0.0
 
     def pull(self, y: Vector) -> Vector:
-        """Efforts on the sliders without dry friction."""
+        """Return the efforts on the sliders (n,) [N] without dry friction."""
         x, v = y[: self.count], y[self.count :]
         force = STIFFNESS * np.diff(x) + DAMPER * np.diff(v)
         total = -VISCOUS * v
@@ -151,7 +162,7 @@ class Switching:
         return np.concatenate([y[self.count :], slip])
 
     def settle(self, y: Vector, stopped: int | None, started: int | None) -> None:
-        """The modes after an event."""
+        """Set the modes after an event in which slider `stopped` stops or `started` breaks away."""
         pull = self.pull(y)
         for i in range(self.count):
             if i == stopped:
@@ -227,14 +238,18 @@ def _against(peer: str, call: Callable[[], Vector], rounds: int) -> dict[str, An
 
 
 def mechanism_solve_ivp() -> dict[str, Any]:
-    """The chain without play for 0.1 s against scipy's DOP853, modes and events by hand, tolerances
-    for the same accuracy."""
+    """Return the row of 0.1 s of the chain without play against scipy's DOP853.
+
+    The tolerances give DOP853 an accuracy like the engine's. `Switching` contains its events.
+    """
     return _against("scipy solve_ivp", lambda: Switching(20).play(1e-7, 1e-9), 1)
 
 
 def mechanism_mujoco() -> dict[str, Any]:
-    """Against MuJoCo: joints with friction loss, springs as tendons; its friction has no breakaway
-    and creeps."""
+    """Return the row against MuJoCo, with friction loss in the joints and tendons as springs.
+
+    MuJoCo's friction has no breakaway, and creeps.
+    """
     import mujoco
 
     joints = "".join(
@@ -266,7 +281,7 @@ def mechanism_mujoco() -> dict[str, Any]:
 
 
 def gear(inertia: float, stiffness: float, damping_ratio: float) -> Builder:
-    """A drive and a load of the same inertia [kg m2] at a gear with a stiffness [N m/rad]."""
+    """Return a drive and a load of equal inertia [kg m^2] with a gear of a stiffness [N m/rad]."""
     b = Builder()
     b.block(inertia, 10.0)
     b.block(inertia, 10.0)
@@ -276,8 +291,11 @@ def gear(inertia: float, stiffness: float, damping_ratio: float) -> Builder:
 
 
 def mechanism_stiff_link() -> dict[str, Any]:
-    """The costs of links of 1e8, 1e10 and 1e12 N m/rad over that of 1e5, without damping and with a
-    damping ratio of 0.7; the worst ratio, of which at most 10 is asked for."""
+    """Return the row of the cost of stiff links, relative to a link of 1e5 N m/rad.
+
+    The stiffnesses are 1e8, 1e10 and 1e12 N m/rad, without damping and with a damping ratio of 0.7.
+    The largest relative cost must be at most 10.
+    """
     worst, parts = 0.0, []
     for inertia in (1e-5, 1e-3):
         for damping_ratio in (0.0, 0.7):

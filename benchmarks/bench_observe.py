@@ -1,5 +1,7 @@
-"""Observers along logs: how many times faster than the log itself, in the time of one core (all
-threads of the process together)."""
+"""Observers along logs: processor time of one core, compared with the duration of the log.
+
+The processor time is the sum over all threads of the process.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,7 @@ WEAR = 1.2
 
 @contextmanager
 def _one_core() -> Iterator[None]:
-    """All threads of this process on one core, where the system can be told so."""
+    """Run the threads of this process on one core, if the operating system allows it."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -36,10 +38,12 @@ def _one_core() -> Iterator[None]:
 
 
 def _along(hold: float, name: str, written: bool) -> dict[str, Any]:
-    """A canonical log from disk to the estimate and its figures: feed, wear, velocity, friction;
-    the start left out.
+    """Return the row of an observation, from the log on disk to the wear and the velocity errors.
 
-    written: the estimates of every sample as a log on disk too.
+    The first of several observations is not timed.
+
+    - hold: time between two moves [s]
+    - written: True if the estimates of every sample are written to disk as a log
     """
     with tempfile.TemporaryDirectory() as folder, _one_core():
         source, target = Path(folder, "log.mcap"), Path(folder, "estimates.mcap")
@@ -74,17 +78,20 @@ def _along(hold: float, name: str, written: bool) -> dict[str, Any]:
 
 
 def observe_run() -> dict[str, Any]:
-    """A move each 5 s."""
+    """Return the row of a log with a move every 5 s."""
     return _along(5.0, "observe.run", written=False)
 
 
 def observe_run_written() -> dict[str, Any]:
-    """The same with the log of estimates."""
+    """Return the row of `observe_run` when the log of estimates is written."""
     return _along(5.0, "observe.run_written", written=True)
 
 
 def observe_run_busy() -> dict[str, Any]:
-    """Two moves a second without a pause: each costs as much as hundreds of samples."""
+    """Return the row of a log with two moves per second, without pauses.
+
+    A move costs as much processor time as hundreds of samples.
+    """
     return _along(0.5, "observe.run_busy", written=False)
 
 

@@ -1,5 +1,4 @@
-"""Recordings of other tools: JointStates of ROS 2 as numbers, against the mcap reader with its ROS
-2 decoder."""
+"""Reading of ROS 2 JointState messages, compared with the mcap reader and its ROS 2 decoder."""
 
 from __future__ import annotations
 
@@ -31,7 +30,10 @@ JOINT_STATE = (
 
 
 def _write(path: Path, messages: int, interleaved: bool) -> None:
-    """A recording of two joints at 1 kHz; interleaved: beside a number of another topic."""
+    """Write a recording of two joints at 1 kHz.
+
+    interleaved: True to add a message of another topic after each JointState.
+    """
     states = serialize_dynamic("sensor_msgs/msg/JointState", JOINT_STATE)[
         "sensor_msgs/msg/JointState"
     ]
@@ -104,12 +106,12 @@ def _row(identity: str, interleaved: bool) -> dict[str, Any]:
 
 
 def recording_joint_states() -> dict[str, Any]:
-    """One topic."""
+    """Return the row of a recording with one topic."""
     return _row("recording.joint_states", interleaved=False)
 
 
 def recording_interleaved() -> dict[str, Any]:
-    """The same topic, each message followed by one of another topic."""
+    """Return the row of a recording in which messages of two topics alternate."""
     return _row("recording.interleaved", interleaved=True)
 
 

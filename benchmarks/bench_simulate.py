@@ -1,11 +1,11 @@
-"""One step of 1.1 s of the clutch, alone and under a load, and of 1000 clutches drawn at random:
-the closed loop against `solve_ivp`.
+"""Closed loop of the clutch against `solve_ivp`: one step of 1.1 s.
 
-The peer gets the commands that the closed loop computed and only moves the plant (its controller
-would come on top): a quantiser in the loop amplifies any difference, so that trajectories are
-compared in replay. Errors are those of the position at the samples, against DOP853 at a relative
-tolerance of 1e-12 and steps of at most 0.1 ms. Gravity makes the plant unstable, so that under the
-load each sample is compared from the state at its beginning.
+The rows are one plant, one plant under a load, and 1000 random plants. The peer moves the plant
+under the commands that the closed loop computed; the time of a controller is not included. Commands
+are replayed, because the quantiser in a loop amplifies small differences. Errors are those of the
+position at the samples, against DOP853 with a relative tolerance of 1e-12 and steps of at most
+0.1 ms. Gravity makes the plant unstable. Under the load, each period is therefore simulated from
+the closed loop's state at its beginning.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ ROUNDS, STEPS, LOADED_STEPS, PLANTS = 5, 200, 20, 1000
 
 
 def closed_loop(controller: CompiledProgram, load: PositionLoad = UNLOADED) -> NDArray[np.float64]:
-    """The record (n, 7) of one step under a controller."""
+    """Return the record (n, 7) of one step under a controller."""
     record = np.zeros((SAMPLES, RECORD_SIZE))
     own = copy_program(controller)
     start_at(own, measure(START, CLUTCH.encoder_step))
@@ -79,8 +79,7 @@ def closed_loop(controller: CompiledProgram, load: PositionLoad = UNLOADED) -> N
 
 
 def replay(commands: NDArray[np.float64], options: dict[str, Any]) -> NDArray[np.float64]:
-    """Positions (n,) of the plant alone under the commands that act at each sample, by
-    `solve_ivp`."""
+    """Return the positions (n,) of the plant under the commands of the samples, by `solve_ivp`."""
     state, positions = rest(START), np.empty(commands.size)
     for k, command in enumerate(commands):
         positions[k] = state[0]
@@ -89,7 +88,7 @@ def replay(commands: NDArray[np.float64], options: dict[str, Any]) -> NDArray[np
 
 
 def simulate_clutch_step() -> dict[str, Any]:
-    """Wall time of one step of 1.1 s."""
+    """Return the row of the wall time of one step of 1.1 s."""
     controller = compile_program(controller_program(clutch_controller()))
     record = closed_loop(controller)
     acting = np.concatenate([[0.0], record[:-1, COMMAND]])  # one sample of delay
@@ -116,8 +115,10 @@ def simulate_clutch_step() -> dict[str, Any]:
 def each_sample(
     record: NDArray[np.float64], commands: NDArray[np.float64], options: dict[str, Any]
 ) -> NDArray[np.float64]:
-    """Positions (n - 1,) under LOADED after each sample of a record, from the state at its
-    beginning, by `solve_ivp`."""
+    """Return the positions (n - 1,) at the end of each period under LOADED, by `solve_ivp`.
+
+    Each period begins with the state in `record`.
+    """
     positions = np.empty(commands.size - 1)
     for k, command in enumerate(commands[:-1]):
         x, speed, drive, behind = record[k, [TRUE_POSITION, TRUE_VELOCITY, TRUE_DRIVE, LOAD]]
@@ -127,8 +128,10 @@ def each_sample(
 
 
 def simulate_loaded_step() -> dict[str, Any]:
-    """Wall time of one step of 1.1 s under a spring, gravity and ripple, which are integrated with
-    the motion."""
+    """Return the row of one step of 1.1 s under a spring, gravity and ripple.
+
+    The load is integrated together with the motion.
+    """
     controller = compile_program(controller_program(clutch_controller()))
     record = closed_loop(controller, LOADED)
     acting = np.concatenate([[0.0], record[:-1, COMMAND]])
@@ -153,8 +156,10 @@ def simulate_loaded_step() -> dict[str, Any]:
 
 
 def simulate_random_plants() -> dict[str, Any]:
-    """Wall time of a plant of a scenario with 1000 of them, from documents to a log in memory; of
-    one of two that the peer moves."""
+    """Return the row of the wall time per plant of a scenario with 1000 random plants.
+
+    The time includes the log in memory. The peer simulates two plants.
+    """
     controller, model = clutch_controller(), clutch_model()
     step = Step(Quantity(value=TARGET, unit="rad"), PERIOD * SAMPLES)
     start = Quantity(value=START, unit="rad")

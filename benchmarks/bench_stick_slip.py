@@ -1,10 +1,9 @@
-"""60 s of the stick-slip test (3.7.2, table 3.1), plain and with extended friction, and 1000 clutch
-steps: the engine against integrators.
+"""Stick-slip test (3.7.2, table 3.1) of 60 s: the engine against other integrators.
 
-Errors are those of the breakaway times, the worst of nine, against DOP853 at a relative tolerance
-of 1e-12. Between a stop and the next breakaway nothing has to be integrated: every peer that knows
-when the mass stops gets the wait for nothing, as the engine does. Calls are prepared: the engine
-gets packed arrays as diffrax gets a compiled function.
+Further rows are the same test with extended friction, and 1000 steps of the clutch. Errors are the
+largest errors of nine breakaway times, against DOP853 with a relative tolerance of 1e-12. Nothing
+is integrated while the mass sticks; each peer that detects the stop also skips this time. Before
+the timing, the engine's parameters are packed, and diffrax's function is compiled.
 """
 
 from __future__ import annotations
@@ -71,7 +70,7 @@ EXTENDED = replace(
 
 
 def prepared() -> Callable[[], Vector]:
-    """The engine's run: a function that returns the breakaway times."""
+    """Return a function that runs the engine and returns the breakaway times."""
     force, body = function_pointer(LAW.kernels.slip_force, SLIP_FORCE), BODY.as_array()
     ends, drives = np.array([SECONDS]), DRIVE.as_array()[None]
     none, nothing, events = np.empty(0), np.empty((0, 5)), np.empty((200, 4))
@@ -96,7 +95,7 @@ def prepared() -> Callable[[], Vector]:
 
 
 def prepared_extended() -> Callable[[], Vector]:
-    """As `prepared`, of the body whose friction is extended."""
+    """Return the same function as `prepared`, for a body with extended friction."""
     force, packed, body = (
         function_pointer(LAW.kernels.slip_force, SLIP_FORCE),
         EXTENSION.pack(LAW, P),
@@ -124,7 +123,7 @@ def next_breakaway(x: float) -> float:
 
 
 def with_solve_ivp() -> Vector:
-    """RK45 through each slip with the stop as its event."""
+    """Return the breakaway times by RK45, which integrates each slip until the stop (event)."""
 
     def field(t: float, y: Vector) -> list[float]:
         return [y[1], (STIFFNESS * (SPEED * t - y[0]) - friction(y[1])) / MASS]
@@ -145,8 +144,11 @@ def with_solve_ivp() -> Vector:
 
 
 def extended_with_solve_ivp() -> Vector:
-    """RK45 on x, v and the film's velocity w; at rest w fades and the root finder looks for the
-    breakaway."""
+    """Return the breakaway times of the extended friction by RK45.
+
+    In slip, RK45 integrates position, velocity and the velocity w of the lubricant film. At rest, w
+    decays, and a root finder computes the breakaway.
+    """
     t, x, w, times = 0.0, 0.0, 0.0, []
 
     def dry(x: float, w: float, rested: float) -> float:
@@ -185,7 +187,7 @@ def extended_with_solve_ivp() -> Vector:
 
 @kernel
 def fixed_steps(step: float, times: Vector) -> int:
-    """Semi-implicit Euler with a stick; returns how many breakaways."""
+    """Simulate by semi-implicit Euler with a stick mode; return the number of breakaways."""
     x, v, stuck, found = 0.0, 0.0, True, 0
     for k in range(round(SECONDS / step)):
         u = STIFFNESS * (SPEED * k * step - x)
@@ -217,8 +219,11 @@ def with_fixed_step() -> Vector:
 
 
 def with_diffrax() -> Callable[[], Vector]:
-    """Dopri5 with the stop as an event and the wait in closed form, all slips in one compiled
-    scan."""
+    """Return a function that computes the breakaway times by diffrax's Dopri5.
+
+    The stop is an event, the duration of a stick has a closed form, and all slips are one compiled
+    scan.
+    """
     import diffrax
     import jax
     import jax.numpy as jnp
@@ -252,8 +257,10 @@ def with_diffrax() -> Callable[[], Vector]:
 
 
 def with_mujoco() -> Callable[[], Vector]:
-    """MuJoCo's friction loss on a slider; it has no breakaway above Coulomb friction. Returns when
-    it starts to move after a rest."""
+    """Return a function that computes the start times of motion by MuJoCo's friction loss.
+
+    MuJoCo has no breakaway above the Coulomb friction.
+    """
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(f"""<mujoco>
@@ -290,7 +297,7 @@ def repeated(call: Callable[[], Any], count: int) -> Callable[[], Any]:
 
 
 def timed(call: Callable[[], Any]) -> float:
-    """Seconds of a warm call."""
+    """Return the wall time of the second of two calls [s]."""
     call()
     start = time.perf_counter()
     call()
@@ -300,7 +307,7 @@ def timed(call: Callable[[], Any]) -> float:
 def row(
     name: str, peer: str, theirs: Callable[[], Vector], rounds: int = ROUNDS, extended: bool = False
 ) -> dict[str, Any]:
-    """Wall time of 60 s."""
+    """Return the row of the wall time of 60 s."""
     ours = prepared_extended() if extended else prepared()
     exact = np.array(
         (
@@ -329,34 +336,39 @@ def row(
 
 
 def stick_slip_solve_ivp() -> dict[str, Any]:
-    """Against scipy's RK45 with events."""
+    """Return the row against scipy's RK45 with events."""
     return row("stick_slip.solve_ivp", "scipy solve_ivp", with_solve_ivp)
 
 
 def stick_slip_fixed_step() -> dict[str, Any]:
-    """Against a compiled loop of small steps."""
+    """Return the row against a compiled loop of small steps."""
     return row("stick_slip.fixed_step", f"numba, step {FIXED_STEP:g} s", with_fixed_step)
 
 
 def stick_slip_diffrax() -> dict[str, Any]:
-    """Against diffrax with events, compiled and warm."""
+    """Return the row against compiled diffrax with events."""
     return row("stick_slip.diffrax", "diffrax", with_diffrax())
 
 
 def stick_slip_mujoco() -> dict[str, Any]:
-    """Against MuJoCo's friction loss."""
+    """Return the row against MuJoCo's friction loss."""
     return row("stick_slip.mujoco", "mujoco", with_mujoco(), rounds=1)
 
 
 def stick_slip_extended() -> dict[str, Any]:
-    """Friction that varies with position, a breakaway that grows with the time at rest, frictional
-    memory: against scipy's RK45."""
+    """Return the row of extended friction against scipy's RK45.
+
+    The friction varies with position and lags behind the velocity; the breakaway grows with the
+    time at rest.
+    """
     return row("stick_slip.extended", "scipy solve_ivp", extended_with_solve_ivp, extended=True)
 
 
 def clutch_batch_solve_ivp() -> dict[str, Any]:
-    """1000 steps of 1.1 s of clutches that differ, against two by `solve_ivp`: plants alone under
-    given commands (simulate.clutch_step)."""
+    """Return the row of 1000 different clutches, moved for 1.1 s under given commands.
+
+    The peer moves two clutches by `solve_ivp`, as in simulate.clutch_step.
+    """
     acting = np.concatenate(
         [[0.0], closed_loop(compile_program(controller_program(clutch_controller())))[:-1, COMMAND]]
     )

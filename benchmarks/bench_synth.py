@@ -1,9 +1,10 @@
-"""H-infinity synthesis: one plant by Riccati equations against SLICOT, polytopes by matrix
-inequalities against the plain form (5.61)-(5.62) through cvxpy, and their growth.
+"""H-infinity synthesis: time and gamma, compared with SLICOT and with a plain formulation.
 
-The plain form is given the states and the unit of time that ours begins with, without which its
-solvers end in errors on these plants. SLICOT's seconds are those of sb10ad alone, in a process of
-its own; it solves one plant and no polytope.
+Riccati equations solve one plant; the peer is SLICOT's sb10ad, timed alone in a separate process.
+Matrix inequalities solve polytopes; the peer is the plain form (5.61)-(5.62) in cvxpy. SLICOT
+cannot solve polytopes. The plain form gets the scaled states and unit of time with which frictool's
+synthesis begins; without them, its solvers end with errors on these plants. Further rows show the
+growth of the time with the numbers of vertices and states.
 """
 
 from __future__ import annotations
@@ -55,22 +56,21 @@ def row(name: str, peer: str, seconds: tuple[float, float], accuracy: str) -> di
 
 
 def conditioned(plants: Sequence[GeneralisedPlant]) -> list[GeneralisedPlant]:
-    """Time in units of the fastest mode, states of like size."""
+    """Return the plants in units of time of the fastest mode, with states of similar size."""
     framed = [frame(plants, None).plant(plant) for plant in plants]
     t = even_out(framed)
     return [plant.transformed(t) for plant in framed]
 
 
 def worst(plants: Sequence[GeneralisedPlant], recentring: float = RECENTRING) -> str:
-    """The optimum and the largest true norm of the vertex controllers."""
+    """Return a text on the optimum and the largest norm that the vertex controllers reach."""
     found = minimise(plants, recentring)
     reached = max(norm(plant.closed(controller(plant, found)))[0] for plant in plants)
     return f"gamma {found.optimum:.4f}, at most {reached:.4f} reached of {found.gamma:.4f} asked"
 
 
 def outcome(plants: Sequence[GeneralisedPlant], solver: str, options: dict[str, Any]) -> str:
-    """Return the solver's status of the plain form, and the largest true norm of its
-    controllers."""
+    """Return a text on the plain form: solver status, gamma, largest norm of its controllers."""
     try:
         found = plain(plants, solver, **options)
     except Exception as error:  # whatever cvxpy raises is what its user gets
@@ -82,7 +82,7 @@ def outcome(plants: Sequence[GeneralisedPlant], solver: str, options: dict[str, 
 
 
 def quietly(call: Callable[[], Any]) -> Callable[[], None]:
-    """The call, timed whether or not it ends in a solver's error."""
+    """Return a function that runs `call` and ignores errors of the solver."""
 
     def run() -> None:
         try:
@@ -110,7 +110,7 @@ def against_plain(solver: str, options: dict[str, Any], repeats: int) -> dict[st
 
 
 def synth_clutch_clarabel() -> dict[str, Any]:
-    """16 vertices of the clutch's position loop, all passes."""
+    """Return the row of the clutch's position loop with 16 vertices, against Clarabel."""
     return against_plain("CLARABEL", {}, ROUNDS)
 
 
@@ -119,7 +119,7 @@ def synth_clutch_scs() -> dict[str, Any]:
 
 
 def synth_slicot() -> dict[str, Any]:
-    """One plant of order 12 of the family."""
+    """Return the row of one plant of order 12 against SLICOT."""
     if not AVAILABLE:
         raise ModuleNotFoundError(MISSING, name="ctrlsys")
     plant = mixed_sensitivity(12)
@@ -140,7 +140,7 @@ def synth_slicot() -> dict[str, Any]:
 
 
 def timed(plants: Sequence[GeneralisedPlant], repeats: int) -> float:
-    """Median seconds of the whole `minimise`."""
+    """Return the median wall time of `minimise` [s]."""
     seconds = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -150,8 +150,11 @@ def timed(plants: Sequence[GeneralisedPlant], repeats: int) -> float:
 
 
 def synth_vertices() -> dict[str, Any]:
-    """1 to 64 plants of the clutch's box, each inside it; 64 against what linear growth from four
-    would take."""
+    """Return the row of the growth with the number of plants, 1 to 64.
+
+    The plants are random points of the clutch's ranges. The time for 64 plants is compared with 16
+    times the time for four plants (linear growth).
+    """
     rng, box, weights = (
         np.random.default_rng(1),
         intervals(clutch_model()),
@@ -174,7 +177,10 @@ def synth_vertices() -> dict[str, Any]:
 
 
 def synth_states() -> dict[str, Any]:
-    """Orders 4 to 24 of the family, one plant; SLICOT at each, the worst ratio from LARGE on."""
+    """Return the row of one plant of orders 4 to 24 against SLICOT.
+
+    The ratio is the worst of all orders from LARGE on.
+    """
     if not AVAILABLE:
         raise ModuleNotFoundError(MISSING, name="ctrlsys")
     ours = {order: timed([mixed_sensitivity(order)], ROUNDS) for order in ORDERS}
@@ -195,8 +201,10 @@ def synth_states() -> dict[str, Any]:
 
 
 def synth_plain_states() -> dict[str, Any]:
-    """Compare the plain form's gamma at each order with SLICOT's, or ours, on the family as it
-    is."""
+    """Return the row of the plain form on plants of orders 4 to 12, without scaled states.
+
+    The accuracy compares the plain form's gamma with frictool's at each order.
+    """
     plants = {order: mixed_sensitivity(order) for order in (4, 6, 8, 10, 12)}
     seconds = pair(
         lambda: minimise([plants[12]], RECENTRING), quietly(lambda: plain([plants[12]])), 1

@@ -1,14 +1,12 @@
-"""The velocity along logs: a sample of the tracking observer, and of its linear part beside
-filterpy's Kalman filter with the same gains.
+"""Velocity estimates along logs: time per sample.
 
-    velocity.tracking   the whole tracking observer of the clutch, with friction, backlash and the
-                        encoder's cell
-    velocity.along      with its interval and its rms beside those of (5.70) at every cut-off, per
-                        sample of a log
-
-The peer is the steady-state Kalman filter of the linear part (position, speed, disturbance), which
-knows neither friction nor a cell; both run that part on the same samples for the accuracy: largest
-difference of the speeds over the largest speed.
+velocity.tracking   tracking observer of the clutch, with friction, backlash and dead zone. The
+                    peer is filterpy's steady-state Kalman filter, which contains the linear
+                    part only: position, speed and disturbance. The accuracy is the largest
+                    difference of the speeds of both linear parts on the same samples, divided
+                    by the largest speed.
+velocity.along      estimate with its interval and errors, and the errors of the low-pass (5.70)
+                    at every cut-off, compared with the duration of the log
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ START = (
 
 
 def linear_part(observer: Observer) -> Observer:
-    """Without friction, backlash, knees and cell."""
+    """Return the observer without friction, backlash, knees and dead zone."""
     own = observer.tracking
     assert own is not None
     plain = msgspec.structs.replace(own, cell=0.0, knees=(), backlash=None)
@@ -50,7 +48,7 @@ def linear_part(observer: Observer) -> Observer:
 
 
 def by_filterpy(observer: Observer, positions: Vector, efforts: Vector) -> Vector:
-    """Speeds (n,) by `update_steadystate`, `predict_steadystate` with our gains."""
+    """Return the speeds (n,) of filterpy's steady-state filter with the observer's gains."""
     from filterpy.kalman import KalmanFilter
 
     own, period, inertia = observer.tracking, observer.sample_period_s, observer.inertia.value
@@ -72,8 +70,10 @@ def by_filterpy(observer: Observer, positions: Vector, efforts: Vector) -> Vecto
 
 
 def smooth(samples: int) -> tuple[Vector, Vector]:
-    """Positions [rad] and efforts [N m] of a motion that never rests, so that nothing but the
-    linear part is asked for."""
+    """Return positions [rad] and efforts [N m] of a motion that never rests, each (n,).
+
+    Only the linear part of an observer acts in this motion.
+    """
     t = 1e-3 * np.arange(samples, dtype=np.float64)
     return 20.0 * t + 0.2 * np.sin(30.0 * t), 0.002 * np.cos(30.0 * t) + 0.001
 
@@ -84,7 +84,7 @@ def along(observer: Observer, positions: Vector, efforts: Vector) -> Vector:
 
 
 def velocity_tracking() -> dict[str, Any]:
-    """A sample of the tracking observer."""
+    """Return the row of a sample of the tracking observer."""
     observer = design_tracking(believed(), Provenance("make bench", "0"))
     piece = run(spread(0), steps(SECONDS), 0, "linear").pieces[0]
     short = piece.position[:PEER_SAMPLES], piece.effort[:PEER_SAMPLES]
@@ -110,8 +110,7 @@ def velocity_tracking() -> dict[str, Any]:
 
 
 def velocity_along() -> dict[str, Any]:
-    """A sample of the velocity along a log with its interval and the figures of comparison, beside
-    a sample of the log at 1 kHz."""
+    """Return the row of a sample along a log, with interval and velocity errors."""
     log = run(spread(0), steps(SECONDS), 0, "linear")
     piece = log.pieces[0]
     figures: dict[str, Any] = {}

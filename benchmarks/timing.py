@@ -1,4 +1,4 @@
-"""Timing of a pair: alternately in one run, so that a drift of the machine meets both; medians."""
+"""Timing of two functions alternately, so that a slower machine affects both alike."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from typing import Any
 
 
 def pair(ours: Callable[[], Any], theirs: Callable[[], Any], repeats: int) -> tuple[float, float]:
-    """Median wall seconds of both, each called once before to warm up and then `repeats` times in
-    turn."""
+    """Return the median wall times of both functions [s].
+
+    Each function is called once to warm up, and then `repeats` times, in turn with the other.
+    """
     ours()
     theirs()
     seconds: tuple[list[float], list[float]] = ([], [])
