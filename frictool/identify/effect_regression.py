@@ -620,8 +620,8 @@ def added_scatter(
 def unlikely_change(one: Interval, other: Interval) -> float:
     """Return the part of the change from `one` to `other` that chance does not explain.
 
-    `one` is the more efficient estimate. If the model is true, the variance of the change is the
-    variance of `other` minus the variance of `one` (Hausman, 1978).
+    `one` is the estimate with the smaller variance. If the model is true, the variance of the
+    change is the variance of `other` minus the variance of `one` (Hausman, 1978).
     """
     change = other.value - one.value
     chance = max(other.half_width**2 - one.half_width**2, 0.0)

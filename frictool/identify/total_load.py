@@ -1,14 +1,15 @@
 """Interval of the total load: the sum of the offset and of all loads over the position.
 
 On a short travel, offset and loads over the position are nearly collinear. Their separate intervals
-are then much wider than the interval of their sum. The total load contains d functions of the
-position, each with a coefficient. The values of the total at d positions, the nodes, therefore
+are then much wider than the interval of their sum. The total load is a sum of d functions of the
+position, each times a coefficient. The values of the total at d positions, the nodes, therefore
 determine the total at every position:
 
     total(x) = sum over nodes l_j(x) total(x_j)
 
-For each node, the columns of the loads are shifted so that they are 0 at the node. The offset of
-this fit is the total load at the node. Its interval is widened for effects that the model lacks
+l_j is the combination of the d functions that is 1 at node j and 0 at the other nodes. For each
+node, the columns of the loads are shifted so that they are 0 at the node. The offset of this fit is
+the total load at the node. Its interval is widened for effects that the model lacks
 (`unmodelled_effects.py`), and for the intervals of the fixed parameters. At a position x, the
 interval of the total is the sum of the nodes' intervals, each times l_j(x).
 """

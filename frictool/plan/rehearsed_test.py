@@ -3,9 +3,9 @@
 The result is the shortest test that reaches the precision, or the most precise test of a given
 duration. A rehearsal simulates a test and its identification (rehearsal.py). `precise_strokes` and
 `precise_ramps` design a test from the Cramér-Rao bound. `identify` reports wider intervals than
-this bound; rehearsals measure the ratio of the two for each parameter. With the measured ratios,
-the design is repeated until the upper bound of every half width is at most the requested half
-width.
+this bound; for each parameter, rehearsals measure the ratio of the reported interval to the bound.
+With the measured ratios, the design is repeated until the upper bound of every half width is at
+most the requested half width.
 
 A test is a mix of different strokes. An effect such as a delay widens the interval of a parameter
 if the mix does not separate the effect from the parameter; repeating the strokes does not help. The

@@ -29,7 +29,7 @@ def named_by_shape(
     """Return the hypothesis `one` in FALLS, with a name and advice chosen by its fitted effort.
 
     `values` are the fitted parameters of `model`, which contains `one`. If the model has a load,
-    the advice is not to fit a Stribeck curve, because that method cannot fit loads.
+    the advice does not propose the Stribeck curve, because that method cannot fit loads.
     """
     names = [name for fall in model if fall.term in FALLS for name in fall.names]
     friction = _friction(names, values, samples)
