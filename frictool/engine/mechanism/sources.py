@@ -66,7 +66,7 @@ def let_flow(k: IntVector, p: Vector, inputs: Vector, t: float, drive: Vector) -
 
 @bare_kernel
 def longest_step(k: IntVector, p: Vector, inputs: Vector) -> float:
-    """Return the longest step [s]: half the shortest lag of the drives that still change."""
+    """Return the longest integration step [s]: half the shortest lag of all changing drives."""
     u = k[ly.SOURCES]
     longest = math.inf
     for s in range(u):
