@@ -185,7 +185,7 @@ def unstable_load_warnings(
     unit = si_unit("stiffness", bench.axis)
     return [
         f"the load falls by {-mean:.3g} {unit} at all positions of the logs, as at the top of an "
-        "inverted pendulum; if the axis is none, record longer strokes, or declare "
+        "inverted pendulum; if the axis is no pendulum, record longer strokes, or declare "
         "load.terms: [offset]"
     ]
 
