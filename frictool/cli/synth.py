@@ -220,6 +220,9 @@ def command(
         doubts = _doubts(model_document, result.controller, test)
         if played is not None and doubts is not None:
             played = replace(played, decided=not doubts.reasons)
+    from frictool.verify.ringing_loop import unknown_resonance  # loads the engine
+
+    untested = unknown_resonance(result.controller)
     if as_json:
         view = {
             **json_view(result, load_disturbance),
@@ -228,6 +231,7 @@ def command(
         }
         if played is not None and played.overspeed:
             view["notes"].append(played.overspeed)
+        view["notes"] += untested
         if doubts is not None:
             view["undecided"] = list(doubts.reasons)
             view["notes"] += doubts.notes
@@ -236,7 +240,7 @@ def command(
         if search is not None:
             say("\n".join(search.lines()), output)
         say(text(result, load_disturbance), output)
-        for line in [] if doubts is None else doubts.lines():
+        for line in [*untested, *([] if doubts is None else doubts.lines())]:
             say(line, output)
         if played is not None:
             say("\n".join(played.lines(use_colour(output == STDOUT))), output)

@@ -12,7 +12,6 @@ from frictool.synth.load_disturbance import LoadDisturbance
 from frictool.synth.weight_relaxation import Trade
 from frictool.verify.loop_wording import delay_words, plant_units, rounded_down
 from frictool.verify.rest_view import rest_lines
-from frictool.verify.ringing_loop import unknown_resonance
 
 COLUMNS = (
     7,
@@ -288,7 +287,6 @@ def _beyond(result: SynthesisResult) -> list[str]:
             lines += [
                 f"not proved: {reason}" for reason in controller.certificate.not_proved.values()
             ]
-        lines += unknown_resonance(controller)
         lines += rest_lines(controller, controller.certificate)
     return lines
 

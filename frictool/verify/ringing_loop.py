@@ -138,7 +138,8 @@ def unknown_resonance(controller: Controller) -> list[str]:
         return []
     return [
         f"not tested: an elastic drive train; a resonance below {above:.3g} Hz may make a loop "
-        f"unstable (assumed damping ratio {UNKNOWN_DAMPING:g}); no log showed one"
+        f"unstable (damping ratio {UNKNOWN_DAMPING:g}); to find one, add a chirp up to this "
+        "frequency to the drive of the moving axis, and log it"
     ]
 
 

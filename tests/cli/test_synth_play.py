@@ -56,6 +56,8 @@ def test_a_controller_that_misses_the_specification_is_written_with_exit_code_1(
         "played: one step, 1 step of 50 rad, 0.6 s; nominal plant, 16 vertices from 2 "
         "positions within an encoder count, 40 drawn plants (seed 1)"
     )
+    untested = lines[-10]  # next to the verdict
+    assert untested.startswith("not tested: an elastic drive train; a resonance below ")
     assert lines[-7].startswith("NOT MET     overshoot ")
     assert "above mechanics.top_speed, 400 rad/s" in lines[-2]
     assert lines[-1].startswith("FAIL: ")
@@ -63,7 +65,9 @@ def test_a_controller_that_misses_the_specification_is_written_with_exit_code_1(
 
     asked = run(*arguments, "--scenario", tmp_path / "steps.yaml", "--json")
     assert asked.code == 1
-    played = json.loads(asked.stdout)["played"]
+    answer = json.loads(asked.stdout)
+    assert untested in answer["notes"]
+    played = answer["played"]
     assert not played["passed"]
     assert [one["key"] for one in played["requirements"] if not one["met"]] == [
         line.split()[2] + ("_percent" if "overshoot" in line else "")

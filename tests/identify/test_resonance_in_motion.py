@@ -7,6 +7,7 @@ encoder a controller follows with its noise.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -72,6 +73,18 @@ def test_frequency_and_damping_are_found(hertz: float, damping: float) -> None:
 @pytest.mark.parametrize("noise", [0.0, 2.0])
 def test_a_rigid_axis_has_none_although_the_controller_follows_the_noise(noise: float) -> None:
     assert resonance_in_motion([moving(None, 0.0, noise)], MOTOR + LOAD) is None
+
+
+def test_records_without_excitation_do_not_hide_the_resonance_of_another_record() -> None:
+    excited, quiet = moving(45.0, 0.02, 2.0), moving(45.0, 0.02, 0.0)
+    alone = resonance_in_motion([excited], MOTOR + LOAD)
+    assert alone is not None
+    assert resonance_in_motion([quiet], MOTOR + LOAD) is None
+    slow = replace(excited, period=2.0 * PERIOD)
+    for records in ([quiet] * 12 + [excited], [slow.part(slice(0, 100)), quiet, excited]):
+        found = resonance_in_motion(records, MOTOR + LOAD)
+        assert found is not None
+        assert found.rad_s == pytest.approx(alone.rad_s, rel=0.02)
 
 
 def test_a_short_record_shows_none() -> None:

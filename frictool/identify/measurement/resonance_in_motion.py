@@ -18,6 +18,9 @@ The motion shows a resonance at a frequency if
 - the phase of H decreases across the frequency, as at a pair of poles with little damping
 - both halves of the segments, or segments of another length, show the same frequency
 
+All records are searched together, and each record alone: records that do not excite the resonance
+decrease the coherence of all records.
+
 A controller that follows the noise of the encoder also correlates A and U. Then |H| increases with
 the square of the frequency, and its phase increases or does not change.
 """
@@ -65,27 +68,36 @@ class _Peak(NamedTuple):
     - length: length of the segments, samples
     - place: index of the peak's frequency in the spectrum
     - repeated: True if both halves of the segments show the peak
+    - period: sample period of the segments, s
     """
 
     length: int
     place: int
     repeated: bool
     response: _Response
+    period: float
 
 
 def resonance_in_motion(records: Sequence[MotionRecord], inertia: float) -> Ringing | None:
-    """Return the most distinct resonance of records with one sample period, or None.
+    """Return the most distinct resonance that all records together or one record show, or None.
 
-    `inertia` [kg m^2 | kg] is the inertia of the rigid axis. The interval of the frequency is
-    +- twice the frequency step of the spectrum.
+    `inertia` [kg m^2 | kg] is the inertia of the rigid axis. Records with the sample period of the
+    first record are searched together. The interval of the frequency is +- twice the frequency step
+    of the spectrum.
     """
-    usable = [one for one in records if one.velocity is None and one.period == records[0].period]
-    peaks = [peak for length in LENGTHS for peak in _peaks(usable, inertia, length)]
-    shown = [one for one in peaks if one.repeated or _elsewhere(one, peaks)]
+    usable = [one for one in records if one.velocity is None]
+    alike = [one for one in usable if one.period == usable[0].period]
+    groups = [alike, *([one] for one in usable if len(usable) > 1)]
+    shown = [peak for group in groups for peak in _shown(group, inertia)]
     if not shown:
         return None
-    best = max(shown, key=lambda one: (one.response.coherence[one.place], one.length))
-    return _oscillation(best, usable[0].period)
+    return _oscillation(max(shown, key=lambda one: (one.response.coherence[one.place], one.length)))
+
+
+def _shown(records: Sequence[MotionRecord], inertia: float) -> list[_Peak]:
+    """Return the peaks that both halves of the segments, or segments of two lengths, show."""
+    peaks = [peak for length in LENGTHS for peak in _peaks(records, inertia, length)]
+    return [one for one in peaks if one.repeated or _elsewhere(one, peaks)]
 
 
 def _elsewhere(one: _Peak, peaks: Sequence[_Peak]) -> bool:
@@ -126,7 +138,7 @@ def _peaks(records: Sequence[MotionRecord], inertia: float, length: int) -> Iter
             size[k] >= ABOVE * float(np.median(side)) for side in sides
         ):
             repeated = all(_repeats(one, k, near) for one in halves)
-            yield _Peak(length, k, repeated, whole)
+            yield _Peak(length, k, repeated, whole, records[0].period)
 
 
 def _repeats(response: _Response, k: int, near: slice) -> bool:
@@ -180,7 +192,7 @@ def _response(acceleration: Spectra, effort: Spectra) -> _Response:
     return _Response(shared / np.maximum(power, tiny), coherence, error)
 
 
-def _oscillation(peak: _Peak, period: float) -> Ringing:
+def _oscillation(peak: _Peak) -> Ringing:
     """Return frequency and damping of a pair of poles that is fitted to the response near the peak.
 
     The pair belongs to a quotient of second order, fitted by least squares with the weights
@@ -200,7 +212,7 @@ def _oscillation(peak: _Peak, period: float) -> Ringing:
         rcond=None,
     )[0]
     first, second = float(found[3]), float(found[4])
-    unit = 2.0 * np.pi / (peak.length * period)
+    unit = 2.0 * np.pi / (peak.length * peak.period)
     place = second**-0.5 if second > 0.0 else 0.0
     damping = 0.5 * first * place
     if not (1.0 / NEAR < place < NEAR and 0.0 < damping < LARGEST_DAMPING):
