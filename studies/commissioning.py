@@ -6,14 +6,15 @@ The true plant is drawn inside the bench's ranges; frictool does not read it. Th
 of a user:
 
     frictool plan bench.yaml --spec spec.yaml [LOG...] -o test.mcap --model identified.yaml
-    frictool simulate --as-bench truth.yaml test.mcap -o log.mcap      (until `plan` says enough)
+    frictool simulate --as-bench truth.yaml test.mcap -o log.mcap
     frictool synth identified.yaml --spec spec.yaml --vertices-only -o controller.yaml
     frictool export controller.yaml --lang c -o c
 
-The test for validation, which `plan` writes at the end, is played as well. The controller is judged
-like those of studies.actuators: its exported C on 56 plants of the ranges. A refusal is right only
-if the judge's search finds no controller either. The results are kept in rows.json; the same
-command continues after an interruption.
+The first two commands are repeated until `plan` proposes no further test. The test for validation,
+which `plan` writes at the end, is played as well. The controller is judged like those of
+studies.actuators: its exported C on 56 plants of the ranges. If `plan` or `synth` refuses, the
+refusal is right only if the judge's search finds no controller either. The results are kept in
+rows.json; the same command continues after an interruption.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ class Commissioning:
 
 
 def commission(seed: str, number: int) -> Commissioning:
-    """Commission one actuator of a seed; return the outcome. An unexpected error is a failure."""
+    """Commission one actuator of a seed; return the outcome, also after an unexpected error."""
     actuator = draw(seed, number)
     before = _processor_time()
     with tempfile.TemporaryDirectory() as place:
@@ -126,7 +127,7 @@ def _outcome(actuator: Actuator, seed: str, folder: Path) -> str:
 
 
 def _played(folder: Path, number: int) -> Path:
-    """Play the test in the folder on the true plant, with noise of its own; return the log."""
+    """Play the test in the folder on the true plant, with new noise; return the log."""
     log = folder / f"log{number}.mcap"
     run_checked(
         "simulate", "--as-bench", folder / "truth.yaml", folder / "test.mcap", "-o", log,

@@ -3,11 +3,14 @@
     python -m studies.actuators COUNT --seed TEXT -o table.json
     python -m studies.actuators COUNT --seed TEXT --documents FOLDER
 
-The table has a row for each actuator: the verdict of synth, the verdict of the judge on all plants,
-the number of candidates of the judge's search, the processor time of synth, and the worst value of
-each requirement divided by its limit, with ! if the requirement is not met. Trials are kept in
-table.json.trials; the same command continues after an interruption. With --documents, the documents
-of actuator N are written to FOLDER/N, and nothing is designed.
+The table has a row for each actuator, with
+
+- the verdict of synth, and the verdict of the judge on all plants
+- the number of candidates of the judge's search, and the processor time of synth
+- the worst value of each requirement divided by its limit, with ! if the requirement is not met
+
+Trials are kept in table.json.trials; the same command continues after an interruption. With
+--documents, the documents of actuator N are written to FOLDER/N, and nothing is designed.
 """
 
 from __future__ import annotations

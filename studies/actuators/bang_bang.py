@@ -59,7 +59,10 @@ def _transition(friction: float, lag: float, damping: float, command: float) -> 
 
 
 def _braked(state: Vector, backward: Matrix, steps: int, lag: float) -> float | None:
-    """Return the distance at which the axis stops under the brake; None if it takes more steps."""
+    """Return the distance at which the axis stops under full braking.
+
+    Return None if the axis still moves after `steps` steps.
+    """
     state = state.copy()
     if lag == 0.0:
         state[2] = -1.0

@@ -74,27 +74,27 @@ class Actuator:
 
     @property
     def start(self) -> float:
-        """Position from which the step starts; the travel is 1.25 times the step."""
+        """Return the position from which the step starts; the travel is 1.25 times the step."""
         return 0.125 * self.amplitude
 
     @property
     def travel(self) -> float:
-        """Upper end of the travel, which begins at 0."""
+        """Return the upper end of the travel, which begins at 0."""
         return 1.25 * self.amplitude
 
     @property
     def short_hold(self) -> float:
-        """Duration of the first step [s]."""
+        """Return the duration of the first step [s]."""
         return 5.0 * self.response
 
     @property
     def rest_after(self) -> float:
-        """Time after which the axis must be at rest with the drive at 0 [s]."""
+        """Return the time after which the axis must be at rest with the drive at 0 [s]."""
         return 10.0 * self.response
 
     @property
     def long_hold(self) -> float:
-        """Duration of the last step, in which rest is judged [s]."""
+        """Return the duration of the last step, in which rest is judged [s]."""
         return 15.0 * self.response
 
 

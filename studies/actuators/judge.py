@@ -54,7 +54,7 @@ class Verdict:
 
     @property
     def all_met(self) -> bool:
-        """True if every plant meets every requirement."""
+        """Return True if every plant meets every requirement."""
         return all(self.met.values())
 
 
@@ -111,7 +111,7 @@ def play(axis: Vector, reference: Vector, controller: Controller, values: Plant)
 
 
 def step_reference(actuator: Actuator) -> tuple[Vector, int]:
-    """Return the reference (n,) of both steps, and the sample of the second step."""
+    """Return the reference (n,) of both steps, and the index at which the second step begins."""
     first, second = (
         round(duration / actuator.period) for duration in (actuator.short_hold, actuator.long_hold)
     )
@@ -169,7 +169,7 @@ def hold_figures(
 
 
 def limits(actuator: Actuator) -> Vector:
-    """Return the limit of each requirement; only the last one, of the margin, is a lower limit."""
+    """Return the limit of each requirement (7,): upper limits, and last the lower margin limit."""
     return np.array(
         [
             actuator.response,

@@ -51,12 +51,12 @@ class Trial:
 
     @property
     def claimed(self) -> bool:
-        """True if synth reports that the specification is met."""
+        """Return True if synth reports that the specification is met."""
         return self.code == MET
 
     @property
     def solved(self) -> bool:
-        """True if, according to the judge, the controller meets the specification on all plants."""
+        """Return True if the judge finds that all plants meet the specification."""
         return bool(self.met) and all(self.met.values())
 
 

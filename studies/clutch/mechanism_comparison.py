@@ -9,8 +9,11 @@ The logs of each law, with the same controller, are BUILD/LAW/exhaustive.mcap an
 - response: worst 95 % response over the steps, on the nominal plant of each log
 - 5.4.1: number of plants of each log that meet all requirements
 
-The exit code is 1 if the distance of the rotors exceeds the backlash, if the responses differ by
-more than 5 %, or if a law meets 5.4.1 on the reduced clutch but not on the exhaustive one.
+The exit code is 1 if
+
+- the distance of the rotors exceeds the backlash,
+- the responses differ by more than 5 %, or
+- a law meets 5.4.1 on the reduced clutch, but not on the exhaustive clutch.
 """
 
 from __future__ import annotations
@@ -47,7 +50,10 @@ class Compared:
 
     @property
     def response_apart(self) -> float:
-        """Relative difference of the nominal plants' worst responses; inf if one never settles."""
+        """Return the relative difference of the nominal plants' worst response times.
+
+        The difference is infinite if a plant never settles.
+        """
         first, second = self.exhaustive[0].response, self.reduced[0].response
         if first is None or second is None or not np.isfinite([first, second]).all():
             return np.inf

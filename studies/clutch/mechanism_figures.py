@@ -80,7 +80,7 @@ class Forces:
 
     @property
     def cart(self) -> tuple[Vector, Vector]:
-        """Resistance F_r5 forward and backward [N] (2.28)."""
+        """Return the resistance F_r5 forward and backward [N] (2.28)."""
         return (
             self.clutch - self.compensation + self.friction,
             self.clutch - self.compensation - self.friction,
@@ -88,7 +88,7 @@ class Forces:
 
     @property
     def rotor(self) -> tuple[Vector, Vector]:
-        """Friction C_r at the rotor forward and backward [N m] (2.29)."""
+        """Return the friction C_r at the rotor forward and backward [N m] (2.29)."""
         forward, backward = self.cart
         scale = self.ratio / self.efficiency
         return self.brushes + scale * forward, self.brushes - scale * backward

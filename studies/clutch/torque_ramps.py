@@ -1,4 +1,4 @@
-"""Asymmetry of the PID's torque ramps (thesis 4.4.4, figures 4.14-4.16), by compliant flanks.
+"""Asymmetry of a PID's torque ramps due to compliant flanks (thesis 4.4.4, figures 4.14-4.16).
 
     python -m studies.clutch.torque_ramps yielding MECHANISM -o YIELDING
         writes the same mechanism with compliant flanks in its backlash
@@ -10,8 +10,11 @@ rotor breaks away. On the bench "the ramps are not centred around 0", because pa
 push the rotor back. `centre` is the middle of the torques at which the rotor stands, over the
 second half of a hold; `half` is half of their range. With rigid flanks the rotor cycles inside the
 backlash, against the friction of its brushes only, and the ramps are centred at 0. With compliant
-flanks it cycles against a flank under load. The exit code is 1 if |centre|/half exceeds 1/20 in a
-hold with rigid flanks, or 1/4 in fewer than half of the holds with compliant flanks.
+flanks it cycles against a flank under load. Two results are expected; otherwise, the exit code is
+1:
+
+- in every hold with rigid flanks, |centre|/half is at most 1/20
+- in at least half of the holds with compliant flanks, |centre|/half is above 1/4
 """
 
 from __future__ import annotations
@@ -50,7 +53,7 @@ class Ramps:
 
     @property
     def asymmetry(self) -> float:
-        """|centre|/half: 0 for symmetric ramps, 1 if the torque keeps its sign."""
+        """Return |centre|/half: 0 for symmetric ramps, at least 1 if the torque keeps its sign."""
         return abs(self.centre) / self.half
 
 

@@ -1,9 +1,11 @@
 """Servo on a pendulum with BAM's friction model M6 and its published parameters.
 
-M6 (Rhoban/bam, model.py; Duclusaud and Passault) adds to Coulomb and viscous friction a friction
-that grows with the motor's torque and with the external torque, each with a Stribeck part, and a
-quadratic part while the two oppose each other. The simulation is the project's own; it takes short
-steps, in which friction stops the axis if it can.
+M6 (Rhoban/bam, model.py; Duclusaud and Passault) adds three frictions to Coulomb and viscous
+friction. The first grows with the motor's torque, the second with the external torque; each has a
+Stribeck part. The third is quadratic, and acts while the two torques oppose each other.
+
+The simulation does not use BAM's code. It takes short steps, in which friction stops the axis if it
+can.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """MuJoCo's system identification (`mujoco.sysid`) of one axis.
 
-The model has one joint with inertia (`armature`), damping and frictionloss, a constant force and,
-if the bench declares gravity, a body whose centre of mass is beside the joint. The records are
+The model has one joint with inertia (`armature`), damping, frictionloss and a constant force. If
+the bench declares gravity, it has a body whose centre of mass is beside the joint. The records are
 divided into windows. Each window is simulated from its measured position and speed, driven by the
 recorded effort. MuJoCo's least squares minimises the errors of the simulated positions. The
 intervals are those of `mujoco.sysid.calculate_intervals`.

@@ -43,7 +43,7 @@ def has_gravity(bench: Bench) -> bool:
 
 
 def fit_of(intervals: dict[str, Interval]) -> FieldFit:
-    """Return the fit with these intervals of the names in PLAYED and, maybe, GRAVITY."""
+    """Return the fit of the parameters in `intervals`, by name; it includes gravity if present."""
     values = {name: one.value for name, one in intervals.items()}
     shown = {name: one for name, one in intervals.items() if name in PLAYED}
     if GRAVITY[0] not in intervals:

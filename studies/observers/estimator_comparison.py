@@ -7,9 +7,10 @@ nonlinear.yaml (encoder with 56 counts per turn, backlash, 0.5 A of noise). Nois
 within a count are random. The inertia of the estimators' model is 20 % below the clutch's. The
 switched observers are designed as in the Makefile, with a decay only and with quiet gains.
 
-wear       mean over the last 5 s of the friction relative to the model's: alpha, or
-           (f + alpha)/f in slip by least squares for an additive observer; for the estimator of
-           `observe run`, its last value. bias, sd: mean error and standard deviation over the runs
+wear       friction relative to the model's. For a multiplicative observer: mean alpha over the last
+           5 s. For an additive observer: (f + alpha)/f over the last 5 s, by least squares in slip.
+           For the estimator of `observe run`: its last value
+bias, sd   mean error and standard deviation of the wear over the runs
 velocity   rms error over all samples
 friction   relative rms error from 5 s on, as in switched_observers.py; the friction of the
            estimator is its wear times the model's map

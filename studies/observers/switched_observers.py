@@ -74,9 +74,11 @@ class Truth:
 class First:
     """Results of the first test.
 
-    settled: settling time of alpha [s], infinite if it does not settle. before, after: mean alpha
-    before the step and over the last 5 s [1 | N m]. friction: error [%]. within: share of the
-    samples with a friction error of at most 5 %. velocity: error [rad/s].
+    - settled: settling time of alpha [s]; infinite if alpha does not settle
+    - before, after: mean alpha before the step and over the last 5 s [1 | N m]
+    - friction: error [%]
+    - within: share of the samples with a friction error of at most 5 %
+    - velocity: error [rad/s]
     """
 
     settled: float
@@ -91,8 +93,9 @@ class First:
 class Second:
     """Results of the second test.
 
-    low, high: range of alpha. series: mean alpha in the second half of each series of steps
-    [1 | N m]. friction [%], velocity [rad/s]: errors.
+    - low, high: range of alpha [1 | N m]
+    - series: mean alpha in the second half of each series of steps [1 | N m]
+    - friction, velocity: errors [%], [rad/s]
     """
 
     low: float

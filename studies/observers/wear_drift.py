@@ -1,4 +1,6 @@
-"""Coverage of the wear's intervals while wear grows: python -m studies.observers.wear_drift
+"""Coverage of the wear's intervals while wear grows.
+
+    python -m studies.observers.wear_drift
 
 In each row, the wear grows at one rate over 20 pieces of two moves each. The columns are the share
 of the 95 % intervals that contain the true wear, their median half width, and the rms error without

@@ -7,12 +7,15 @@ Each rig has N axes, drawn in the middle of its a-priori intervals, with the see
 - 1. The designed test must reach the half widths that the default kind of test promises. Like the
 promises of `excite --for`, these are upper bounds from simulations of axes in the whole a-priori
 intervals. Both tests therefore keep them on 97 of 100 axes. With --median, the test must reach the
-median half widths of the default kind on the study's axes; the default kind itself keeps these on
+median half widths of the default kind on the study's axes. The default kind itself keeps these on
 half of the axes only. Both requests are printed above the rows of a rig. A rig is left out if its
-default kind identifies nothing reliably. The table shows for each parameter the number of kept
-promises, the number of intervals that contain the true value, the variance of the estimate divided
-by the Cramér-Rao bound, and the durations of the test and of the default kind. The last column is
-the processor time of the design in s.
+default kind identifies nothing reliably. The table shows for each parameter
+
+- the number of kept promises
+- the number of intervals that contain the true value
+- the variance of the estimate divided by the Cramér-Rao bound
+- the durations of the test and of the default kind
+- the processor time of the design [s]
 """
 
 from __future__ import annotations

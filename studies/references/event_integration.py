@@ -85,7 +85,10 @@ def event_integration(
     options: dict[str, Any] = TIGHT,
     load: PositionLoad = UNLOADED,
 ) -> tuple[float, float, float, float]:
-    """Return (position, velocity, drive, gap) after `duration`; options: of `solve_ivp`."""
+    """Return (position, velocity, drive, gap) after `duration`.
+
+    options: arguments of scipy's `solve_ivp`
+    """
     x, v, drive, gap = (float(value) for value in state[:4])
     u, half, t = limited(p, command), 0.5 * p.backlash, 0.0
     if p.lag == 0.0:

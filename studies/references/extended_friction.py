@@ -93,7 +93,10 @@ class Slow:
         return float(run.t[-1]), run.y[:, -1], bool(run.t_events[0].size)
 
     def rest(self, t: float, end: float, y: Vector) -> tuple[float, float]:
-        """Return time and direction of a body's breakaway from rest since t; (end, 0) if none."""
+        """Return time and direction of the breakaway of a body that rests from t on.
+
+        Return (end, 0) without a breakaway before `end`.
+        """
         array, lag = self.drive.as_array(), self.extension.lag
         x, _, q, w = y.tolist()
 

@@ -99,7 +99,10 @@ def _slip(
 def _breakaway(
     body: FrictionBody, drive: EffortFunction, t: float, end: float, y: Vector
 ) -> tuple[float, float]:
-    """Return time and direction of a body's breakaway from rest since t; (end, 0) if none."""
+    """Return time and direction of the breakaway of a body that rests from t on.
+
+    Return (end, 0) without a breakaway before `end`.
+    """
 
     def at(s: float) -> float:
         rate = float(y[0]) - drive.target

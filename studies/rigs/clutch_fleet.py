@@ -78,12 +78,15 @@ UNITS_STREAM, NOISE_STREAM, TARGETS_STREAM = 101, 102, 103  # second seeds of ra
 class Unit:
     """One clutch: factors on the parameters of nonlinear.yaml, and wear.
 
-    wear: factor of all dry friction, including that inside the backlash. added [N m]: added
-    friction in both directions, outside the backlash. forward, backward: factor for one direction,
-    outside the backlash. zone: factor of all dry friction beyond EDGE, by the motor's position at
-    the beginning of a sample. `wear` and `zone` act from `since` [s] on, the other factors from the
-    start. late: delay of the logged current in samples. plain_viscous [N m s/rad]: viscous friction
-    at every speed. counts: encoder counts per turn; None for the bench's.
+    - wear: factor of all dry friction, including that inside the backlash, from `since` [s] on
+    - zone: factor of all dry friction beyond the motor position EDGE, from `since` [s] on
+    - added: added friction in both directions, outside the backlash [N m]
+    - forward, backward: factor for one direction, outside the backlash
+    - late: delay of the logged current in samples
+    - plain_viscous: viscous friction at every speed [N m s/rad]
+    - counts: encoder counts per turn; None for the bench's
+
+    All factors but `wear` and `zone` act from the start.
     """
 
     wear: float = 1.0
@@ -103,7 +106,7 @@ class Unit:
 
     @property
     def kind(self) -> Kind:
-        """Return the kind of wear, if the unit has a single kind."""
+        """Return the kind of wear of a unit that has at most one kind."""
         if self.added != 0.0:
             return "additive"
         if self.forward != self.backward:

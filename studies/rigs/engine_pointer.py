@@ -1,7 +1,7 @@
 """The engine of the axis as a function pointer.
 
-A kernel that calls `advance` itself compiles the whole engine anew, in two seconds; with a pointer
-as its argument, it compiles in a fraction of this time.
+If a kernel calls `advance` directly, numba compiles the whole engine again, in two seconds. A
+kernel with a pointer to `advance` as its argument compiles in a fraction of this time.
 """
 
 from __future__ import annotations

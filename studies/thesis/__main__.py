@@ -3,8 +3,11 @@
     python -m studies.thesis build/thesis [PART...]           make thesis
 
 The command writes index.html and tables.json, with the named parts or with all of them. The exit
-code is 1 if a value differs by more than its tolerance without a reason in words.yaml, if a reason
-is no longer needed, or if a value or a figure is missing.
+code is 1 if
+
+- a value differs by more than its tolerance, without a reason in words.yaml,
+- a reason is no longer needed, or
+- a value or a figure is missing.
 """
 
 from __future__ import annotations

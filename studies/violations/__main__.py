@@ -4,12 +4,21 @@
     python -m studies.violations N --seed TEXT --family belt --method least-squares
     python -m studies.violations N --seed TEXT --documents FOLDER
 
-Each of the 18 families has N records, from mild to gross violations. For inertia, viscous friction,
-Coulomb friction and offset, a row of the table shows the number of intervals that contain the true
-value, the number of judged intervals, and the median half width divided by the rms error. The other
-columns are the share of records with a warning (all, mild), the share with a false load, knee or
-resonance, the number of refused parameters, and the median processor time of an identification in
-s. With --documents, the log, the bench and the truth of record K of a family are written to
+Each of the 18 families has N records, from mild to gross violations, and a row of the table. For
+inertia, viscous friction, Coulomb friction and offset, the columns are
+
+- the number of intervals that contain the true value
+- the number of judged intervals
+- the median half width divided by the rms error
+
+The other columns are
+
+- the share of records with a warning, of all records and of the mild ones
+- the share of records with a false load, knee or resonance
+- the number of refused parameters
+- the median processor time of an identification [s]
+
+With --documents, the log, the bench and the truth of record K of a family are written to
 FOLDER/FAMILY/K, and nothing is identified.
 """
 

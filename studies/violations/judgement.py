@@ -29,8 +29,8 @@ LOADS = ("stiffness", "gravity", "ripple")
 class Verdict:
     """Judgement of one record.
 
-    - held: parameter -> True if the interval contains the truth; a parameter is missing if
-      `identify` and least squares with the true structure both refuse it
+    - held: parameter -> True if the interval contains the truth. A parameter is missing here if
+      both `identify` and least squares with the true structure refuse it.
     - half, error: half width and error of each identified parameter, relative to the scale of the
       truth (`_scale`)
     - refused: parameters that are not identified

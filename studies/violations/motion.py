@@ -156,7 +156,7 @@ def runge_kutta(
 
 @kernel
 def copy(source: Vector, target: Vector) -> None:
-    """Copy five numbers; to compile `target[:] = source` takes two seconds longer."""
+    """Copy five numbers in a loop, because `target[:] = source` compiles two seconds longer."""
     for i in range(5):
         target[i] = source[i]
 

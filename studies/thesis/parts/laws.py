@@ -62,7 +62,7 @@ def laws() -> Part:
 def _speeds(
     simulator: LawSimulator, setting: ComparisonSetting
 ) -> dict[str, float | str | ComputedValue]:
-    """Return the last row of table 2.1 as + or -, because times would change the page."""
+    """Return the last row of table 2.1 as + or -, since times would differ between two runs."""
     segments, cells = input_protocol.stick_slip(setting.scales), {}
     end = segments[-1][0]
     for law in TABLE_2_1:
@@ -76,7 +76,7 @@ def _speeds(
 
 
 def _caption(found: Comparison, number: str) -> str:
-    """Return the figures behind a picture."""
+    """Return the caption of figure `number`: the results of the laws that the figure shows."""
     reference = found.reference
     known = f"event-exact Stribeck: {reference.sticks} sticks, period {reference.period_s:.4f} s"
     cycle = found.reference_cycle
