@@ -128,7 +128,7 @@ def _opposite(model: Model, name: str) -> Quantity:
 
 
 def _mean_factors(model: Model) -> Ends:
-    """Return (forward, backward): factor of the position on `coulomb`, averaged over the travel."""
+    """Return the mean over the travel of the friction's position factor, (forward, backward)."""
     travel = model.bench.mechanics.travel
     law = None if model.laws is None else model.laws.position
     if travel is None or law is None or not travel.low < travel.high:
@@ -146,10 +146,11 @@ def _mean_factors(model: Model) -> Ends:
 def _largest_ratio(
     below: tuple[float, ...], above: tuple[float, ...], low: float, high: float
 ) -> float:
-    """Return the largest quotient of two normalised polynomials > 0 over [low, high].
+    """Return the largest quotient `below`/`above` of two polynomials over [low, high].
 
-    The quotient is `below`/`above`. Dinkelbach's iteration: the next quotient is the one at the
-    position where (present quotient) `above` - `below` is smallest.
+    Both polynomials are normalised and positive. The method is Dinkelbach's iteration: the next
+    quotient is the quotient at the position where q `above` - `below` is smallest, with the present
+    quotient q.
     """
     size = max(len(below), len(above))
     lower, upper = (

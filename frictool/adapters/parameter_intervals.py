@@ -114,9 +114,9 @@ def breakaway_ratio(model: Model) -> tuple[float, float]:
 def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]:
     """Return a parameter's interval, widened by the interval of the actuator's constant.
 
-    A model's parameters are proportional to the constant.
+    The parameters of a model are proportional to the actuator's constant.
 
-    `low`, `high`: interval of the parameter with the nominal constant.
+    `low`, `high`: interval of the parameter for the nominal constant.
     """
     ratios = [end / constant.value for end in constant.interval]
     products = [ratio * end for ratio in ratios for end in (low, high)]

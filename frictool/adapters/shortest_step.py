@@ -25,7 +25,7 @@ class ShortestStepTimes(NamedTuple):
     worst: float
 
     def words(self, bench: Bench) -> str:
-        """Return the worst time and the length of the step as text."""
+        """Return a text with the length of the step and the bound for the slowest plant."""
         step = f"a step of {self.length:.4g} {si_unit('position', bench.axis)}"
         if math.isinf(self.worst):
             return f"at the drive's limit, {step} is not possible on the slowest plant"

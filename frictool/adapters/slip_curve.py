@@ -103,7 +103,10 @@ def slip_curve(model: Model, *, forward: bool) -> SlipCurve:
 
 
 def bend_speeds(side: SlipCurve) -> list[float]:
-    """Return rising speeds at which the friction bends: knees, and multiples of v_s."""
+    """Return the speeds at which the friction bends, in ascending order.
+
+    These speeds are the knees and some multiples of v_s.
+    """
     bends = [knee.value for knee in side.knees]
     if side.stribeck_velocity is not None:
         bends += [factor * side.stribeck_velocity.value for factor in STRIBECK_POINTS]

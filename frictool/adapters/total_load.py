@@ -11,11 +11,11 @@ POSITIONS = 201  # number of positions at which the stated total is compared wit
 
 
 def valid_total(model: Model) -> TotalLoad | None:
-    """Return `laws.load.total` of the model if it is valid for the model's offset and loads.
+    """Return the total `laws.load.total` of the model; None if it is not valid.
 
-    Return None if the travel in the bench goes beyond the positions of the total. Also return None
-    if the sum of the model's offset and loads leaves the interval of the total: the user then
-    edited a part of the model.
+    The total is not valid if the travel in the bench goes beyond the positions of the total. It is
+    also not valid if the sum of the model's offset and loads leaves the interval of the total,
+    because the user then edited a part of the model.
     """
     load = None if model.laws is None else model.laws.load
     if load is None or load.total is None:

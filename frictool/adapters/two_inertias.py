@@ -54,7 +54,7 @@ class TwoInertias:
 
     @property
     def name(self) -> str:
-        """Return the plant in words."""
+        """Return a text that names the body with the encoder and the ratio of the inertias."""
         return f"encoder on the {self.encoder}, load/motor inertia {self.ratio:g}"
 
     @property

@@ -148,8 +148,8 @@ class DesignTest:
     ) -> list[PlayedVerdict]:
         """Simulate the worst plants of a controller with each of `judges`; return the verdicts.
 
-        `found`: results of the controller on all plants. For each requirement, only the WORST
-            plants with the smallest reserve in `found` are simulated.
+        The worst plants are, for each requirement, the WORST plants with the smallest reserve.
+        `found`: results of the controller on all plants, which contain the reserves.
         """
         chosen: dict[tuple[float, ...], int] = {}
         for reserves in np.transpose(found.reserves):
@@ -275,9 +275,10 @@ def _starts(model: Model, scenario: Scenario, places: Sequence[float]) -> list[f
 
 
 def _moved_inwards(model: Model, start: float, places: Sequence[float]) -> list[float]:
-    """Return `start`, shifted by each of `places` [encoder counts] towards mid-travel.
+    """Return one position for each of `places`: `start`, shifted towards the middle of the travel.
 
-    On a bench without a travel, the shift is in the positive direction.
+    `places` contains the shifts in encoder counts. On a bench without a travel, the shift is in the
+    positive direction.
     """
     travel = model.bench.mechanics.travel
     inwards = -1.0 if travel is not None and start > 0.5 * (travel.low + travel.high) else 1.0

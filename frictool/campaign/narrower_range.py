@@ -177,7 +177,11 @@ def widest_ranges(model: Model) -> list[tuple[str, VariedParameter]]:
 
 
 def _tried(cuts: Sequence[_Cut], parameter: VariedParameter) -> list[_Cut]:
-    """Return cuts at decreasing distances from the nominal value, rounded to four digits."""
+    """Return `cuts` and cuts moved towards the nominal value, farthest first.
+
+    The distance of each cut from the nominal value is halved up to HALVINGS times. The values are
+    rounded to four digits.
+    """
     nearer = []
     for cut in cuts:
         for part in (0.5**number for number in range(HALVINGS + 1)):
@@ -248,7 +252,10 @@ def _within(one: Range, bounds: tuple[float, float]) -> Range:
 
 
 def _in_proportion(one: Estimate, before: Estimate, after: Estimate) -> Estimate:
-    """Multiply each end of an interval by (same end of `after`)/(same end of `before`)."""
+    """Multiply the low end of `one` by the quotient of the low ends of `after` and `before`.
+
+    Multiply the high end by the quotient of the high ends.
+    """
     low, high = (
         end * new / old if old > 0.0 else end
         for end, old, new in zip(one.interval, before.interval, after.interval, strict=True)

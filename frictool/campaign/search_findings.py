@@ -64,10 +64,10 @@ class SearchFindings:
     - best: examined candidate with the smallest maximum violation over all plants; None if no
       examined candidate can be simulated with all plants
     - accepted: True if the best candidate passes every test and is verified
-    - places: for each requirement that the best candidate misses in the complete test, step and
-      plant of the worst value
-    - relaxations: requirements with a relaxed limit; a candidate passes every test if one of these
-      limits is relaxed
+    - places: text with step and plant of the worst value, for each requirement that the best
+      candidate misses
+    - relaxations: requirements with a relaxed limit; each of these limits alone lets a candidate
+      pass every test
     - examined: candidates with the smallest violations, and their results on all plants
     - narrower: range of one parameter with which a candidate passes every test, or None
     - nominal: True if a candidate meets every requirement on the nominal plant
@@ -165,7 +165,7 @@ class CandidateExamination:
         return places
 
     def _step(self, time: float) -> str:
-        """Return number and target of the step that begins at a time [s], as text."""
+        """Return a text with the number and the target of the step that begins at `time` [s]."""
         steps, half = self.test.scenario.steps, 0.5 * self.test.model.bench.sample_period_s
         begins = np.cumsum([0.0, *(step.seconds for step in steps)])
         number = int(np.searchsorted(begins, time + half))

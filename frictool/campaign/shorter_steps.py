@@ -45,7 +45,7 @@ UNJUDGED = (*LONG_HOLD, "modulus_margin")  # the margin does not depend on the s
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShorterStep(ResultView):
-    """Verdict on steps of `length` [rad | m]: from `start` inwards, back, and inwards again."""
+    """Verdict on three steps of `length` [rad | m]: from `start` inwards, back, inwards again."""
 
     length: float
     start: float
@@ -157,7 +157,7 @@ def with_tolerance(model: Model, spec: Spec, length: float) -> Spec:
     """Return `spec` with an overshoot limit that suits a step of `length` [rad | m].
 
     The axis may rest beyond the target by `static_error`, or by one encoder count if the count is
-    larger. The overshoot limit in % is raised to this distance if it is smaller.
+    larger. An overshoot limit below this distance is raised to it.
     """
     if spec.overshoot_percent is None:
         return spec

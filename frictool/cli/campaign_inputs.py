@@ -42,10 +42,10 @@ class CampaignPaths:
 def setting_of(
     paths: CampaignPaths, number: ProgramNumber
 ) -> tuple[CampaignSetting, CampaignPaths]:
-    """Load the documents; return the settings of the campaign, and `paths` with the log to replay.
+    """Load the documents; return the settings of the campaign, and `paths`.
 
-    `number`: number format of the controller. Raises InputFileError if the documents do not fit
-    together.
+    If the scenario replays a log, the returned paths contain the log. `number`: number format of
+    the controller. Raises InputFileError if the documents do not fit together.
     """
     from frictool.campaign.trials.trial_player import CampaignSetting
     from frictool.campaign.trials.varied_space import check_requirements

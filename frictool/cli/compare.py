@@ -194,8 +194,8 @@ def _check(
     """Raise InputFileError if a parameter is outside a law's range or violates a condition.
 
     The conditions are the inequalities of friction/hybrid_time_step.py. If `allow` is True
-    (--allow), a violated condition is only a warning. A note names each parameter that has its
-    default value.
+    (--allow), a violated condition is only a warning. For each parameter whose default is used, a
+    note is printed.
     """
     from frictool.compare.law_simulator import LawSimulator, setting_violations
     from frictool.errors import InputFileError

@@ -254,7 +254,7 @@ def _export_controller(
 
 
 def _warn_of_others(folder: Path, files: Mapping[str, str | bytes]) -> None:
-    """Warn of other self-tests in the folder; C files with several main functions do not link."""
+    """Warn of other self-tests in the folder: a program cannot contain two main functions."""
     others = sorted(path.name for path in folder.glob("*_selftest.c") if path.name not in files)
     if others:
         note(

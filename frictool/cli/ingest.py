@@ -174,7 +174,7 @@ def command(
 
 
 def _check_guess(guess: bool, of_guess: dict[str, Any], others: dict[str, Any]) -> None:
-    """Raise UsageError if an option would be ignored, with --guess or without."""
+    """Raise UsageError for an option without effect: `others` with --guess, `of_guess` without."""
     wrong = [name for name, value in others.items() if value is not None and value is not False]
     if guess and wrong:
         raise click.UsageError(f"--guess writes a bench.yaml and no log: leave out {wrong[0]}.")

@@ -22,13 +22,13 @@ KINDS: dict[str, Any] = {
 
 @cache
 def json_formats() -> dict[str, Any]:
-    """Return a dictionary from format and version ("report/2") to the keys of the objects."""
+    """Map each format with its version, such as "report/2", to the keys of its JSON objects."""
     text = Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8")
     return {name: keys for name, keys in yaml.safe_load(text).items() if "/" in name}
 
 
 def format_names() -> dict[str, str]:
-    """Return a dictionary from format to format and version: {"report": "report/2", ...}."""
+    """Map each format to the format with its version, as in {"report": "report/2"}."""
     return {name.partition("/")[0]: name for name in json_formats()}
 
 

@@ -40,10 +40,10 @@ class ObserveRequest:
     allow_undecided: bool
 
     def answer_is_no(self, exceeded: bool | None) -> bool:
-        """Return True if the exit code must be 1: limit exceeded, or undecided and not allowed.
+        """Return True if the exit code must be 1.
 
-        exceeded: True if the wear exceeds the limit, None if this is undecided. The option
-        --allow-undecided allows None.
+        The exit code is 1 if the wear exceeds the limit (`exceeded` is True). Without the option
+        --allow-undecided, it is also 1 if the verdict is undecided (`exceeded` is None).
         """
         return not self.allow_undecided if exceeded is None else exceeded
 

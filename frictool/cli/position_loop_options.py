@@ -58,11 +58,11 @@ class ServoGains(NamedTuple):
         return self.speed is not None
 
     def servo(self, bench: Bench) -> PositionServo:
-        """Return the position loop for the bench's drive; its output is an effort [N m | N]."""
+        """Return the position controller for the bench's drive; it outputs an effort [N m | N]."""
         return self.on_drive(bench.actuator.constant.value, bench.actuator.limit.value)
 
     def on_drive(self, constant: float, limit: float) -> PositionServo:
-        """Return the position loop for any drive; its output is an effort [N m | N].
+        """Return the position controller for any drive; it outputs an effort [N m | N].
 
         - constant: effort per unit of the drive [A | V]
         - limit: limit of the drive [A | V]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def with_observer_option(document: Controller, observer: Path | None) -> Controller:
-    """Return the controller with the speed estimate of `observer`; unchanged if this is None."""
+    """Return the controller, which uses the speed of `observer` if `observer` is not None."""
     if observer is None:
         return document
     from frictool.documents.observer import Observer
@@ -29,7 +29,7 @@ def with_observer_option(document: Controller, observer: Path | None) -> Control
 
 
 def compile_target(folder: Path, controller: Path, document: Controller) -> CompiledTarget:
-    """Compile the exported C code of the controller in `folder`, and return it."""
+    """Compile the exported C code of the controller in `folder`; return the compiled code."""
     from frictool.adapters.controller_composition import controller_program
     from frictool.documents.provenance import digest
     from frictool.simulate.closed_loop import scheduled

@@ -68,7 +68,7 @@ def mechanism_plant(path: Path, events: EventsOutput) -> MechanismPlant:
 
 
 def on_bench(path: Path, gains: ServoGains) -> tuple[MechanismBenchPlant, PositionServo]:
-    """Load the mechanism at `path`; return the plant of a bench test, and its position loop."""
+    """Load the mechanism at `path`; return the plant of a bench test, and a position controller."""
     import math
 
     from frictool.simulate.mechanism_bench import MechanismBenchPlant

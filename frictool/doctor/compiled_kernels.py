@@ -103,7 +103,7 @@ def _distrusted(folder: Path | None) -> InstallationFinding:
 
 
 def old_kernel_folders() -> list[OldKernelFolder]:
-    """Return the folders of the kernel cache that this installation does not use."""
+    """Return the cache folders with kernels that this installation does not use."""
     old = [
         folder
         for place in kernels.cache_places()

@@ -98,9 +98,9 @@ def _compile(module: str, name: str, kind: str, encoded: list[Any]) -> None:
 
 
 def encode(kind: Any) -> Any:
-    """Return a numba type as JSON values.
+    """Return a numba type as JSON values; `decode` is the inverse.
 
-    Raises ValueError for a type that only a compiled caller can pass, such as a literal.
+    Raises ValueError for a type that Python cannot pass to a kernel, such as a literal.
     """
     if isinstance(kind, types.Array):
         return ["array", str(kind.dtype), kind.ndim, kind.layout, kind.mutable]

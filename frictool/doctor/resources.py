@@ -40,7 +40,10 @@ def check_machine() -> InstallationFinding:
 
 
 def _memory() -> int | None:
-    """Return the smaller memory of machine and container in bytes; None if unknown."""
+    """Return the memory of the machine or of its container in bytes, whichever is smaller.
+
+    Return None if the memory is unknown.
+    """
     try:
         whole = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):

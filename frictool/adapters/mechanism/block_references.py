@@ -127,10 +127,10 @@ class BlockNames:
 def check_unit(
     key: str, quantity: Quantity | Series | Span | None, dimension: str, kind: Axis, whose: str
 ) -> None:
-    """Raise ElementError if a quantity does not have the SI unit of `dimension`.
+    """Raise ElementError if the unit of a quantity does not have the dimension `dimension`.
 
     `kind`: motion of the block, which decides between units such as N m and N.
-    `whose`: owner of the quantity, for the error.
+    `whose`: name of the element that has the quantity, for the error.
     """
     wanted = si_unit(dimension, kind)
     if quantity is not None and quantity.unit != wanted:

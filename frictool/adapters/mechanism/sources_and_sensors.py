@@ -74,9 +74,9 @@ def check_sensor(name: str, sensor: Sensor, blocks: BlockNames) -> None:
 def controlled_names(document: Mechanism) -> tuple[str, str]:
     """Return the names of the controller's source and sensor.
 
-    They are stated in `control`. Without `control`, they are the only source and the only sensor;
-    a source with a constant effort counts only if there is no other source. Raises ElementError if
-    the choice is ambiguous.
+    The names are stated in `control`. Without `control`, the mechanism must have one source and one
+    sensor; sources of a constant effort are ignored if there is another source. Raises ElementError
+    if a stated name is unknown, or if there is no source or sensor, or several.
     """
     if document.control is not None:
         for what, name, known in (

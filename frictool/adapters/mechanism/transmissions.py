@@ -76,10 +76,10 @@ def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmiss
 def _ratio(
     key: str, link: Transmitting, ends: tuple[str, str], blocks: BlockNames
 ) -> tuple[float, float]:
-    """Return the signed ratio, and the deflection of the compliance per motion of the second end.
+    """Return the signed ratio, and (deflection of the compliance)/(motion of the second end).
 
-    The second value is the radius for a belt, whose compliance is along the belt, and 1 for other
-    links.
+    The second value is the pulley radius for a belt, whose compliance is along the belt. For other
+    links, it is 1.
     """
     match link:
         case Gear():

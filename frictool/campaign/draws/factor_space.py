@@ -31,10 +31,11 @@ class Factor:
     `kind`: `plant` for a parameter of the plant, else the varied effect, such as `wear` or
         `sensor`.
     `whole`: True if the values are whole numbers, all equally likely.
-    `least`: (name of another factor, scale). The value of this factor is at least scale times the
+    `least`: (name of another factor, scale). The least value of this factor is scale times the
         value of the other factor. None if there is no such condition.
-    `ratio`: range of (value of this factor)/(its least value by `least`). If given, this quotient
-        is drawn uniformly, and low and high are the smallest and the largest resulting values.
+    `ratio`: range of the quotient (value of this factor)/(its least value). If the range is not
+        None, this quotient is drawn uniformly instead of the value; low and high are the smallest
+        and the largest resulting values.
     """
 
     name: str

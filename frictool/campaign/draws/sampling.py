@@ -36,8 +36,8 @@ class UnitDraws(NamedTuple):
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
     """Draw `count` points in the unit cube of `factors` factors.
 
-    If `count` is None, the method `vertices` returns all vertices, but at most MOST_VERTICES. The
-    other methods need `count`.
+    For the method `vertices`, the points are vertices of the cube. If `count` is None, this method
+    returns all vertices, but at most MOST_VERTICES. The other methods need `count`.
     """
     if method == "vertices":
         corners = 2**factors

@@ -132,10 +132,10 @@ def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
 
 
 def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
-    """Return the rank r of a value that is an upper bound for the share `level` of all plants.
+    """Return the smallest rank r whose value bounds the share `level` of all plants.
 
-    r is the smallest number for which the r-th smallest of the `draws` values is such a bound with
-    `confidence`. Return None if there are too few draws.
+    The r-th smallest of the `draws` values is an upper bound for this share, with `confidence`.
+    Return None if there are too few draws.
     """
     if draws == 0 or lower(draws, draws, confidence, method) < level:
         return None

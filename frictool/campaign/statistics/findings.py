@@ -105,9 +105,10 @@ class Findings:
 
     @property
     def draws_needed(self) -> int | None:
-        """Return the number of draws that would show the required rate if the same share passes.
+        """Return the number of draws that would show the required rate.
 
-        Returns None for every outcome but NOT SHOWN.
+        The share of passing draws is assumed to stay the same. Return None unless the outcome is
+        NOT SHOWN.
         """
         if self.outcome != "NOT SHOWN" or self.required is None:
             return None

@@ -114,7 +114,8 @@ class MetricInfluence:
     def by_rank(self) -> bool:
         """Return True if a factor explains clearly more variance of the ranks than of the values.
 
-        A few very large values of the metric can dominate the metric's variance.
+        The ranks are then more informative: a few very large values dominate the variance of the
+        values.
         """
         return any(self.shares[i].of_ranks - self.shares[i].share > HIDDEN for i in self.named)
 

@@ -17,7 +17,7 @@ from frictool.typing import Vector
 
 
 def within_whole(shares: Vector, errors: Vector) -> Vector:
-    """Return the shares (k,), projected to a sum of 1 if the positive shares add up to more.
+    """Return the shares (k,), reduced to a sum of 1 if the positive shares add up to more than 1.
 
     Negative shares are unchanged. `errors` (k,): standard deviations of the shares.
     """

@@ -116,9 +116,9 @@ class PlayedVerdict(ResultView):
 
     @property
     def passed(self) -> bool:
-        """Return True if all plants were simulated, no limit is violated, and one or more are met.
+        """Return True if all plants were simulated, and no limit is violated.
 
-        An undecided requirement does not prevent this.
+        At least one limit must be met; other requirements may be undecided.
         """
         return not self.failed and not np.any(self.met == 0) and bool(np.any(self.met == MET))
 

@@ -79,9 +79,9 @@ class Trials:
 def collect_trials(
     space: FactorSpace, metrics: Sequence[MetricLimit], units: Vector, trials: Iterable[TrialResult]
 ) -> Trials:
-    """Return the trials of the draws `units` (n, d) from their results in any order.
+    """Return the Trials of the draws `units` (n, d).
 
-    Raises ValueError if the result of a draw is missing.
+    `trials`: result of each draw, in any order. Raises ValueError if a result is missing.
     """
     n = units.shape[0]
     m = len(metrics)

@@ -30,7 +30,7 @@ def played_lines(
     `plants`: names of the plants by index.
     `scenario`: description of the scenario.
     `steps`: text on the lengths of the scenario's steps, or "".
-    `decided`: False if effects that the plants lack may let the axis violate a met requirement.
+    `decided`: False if the axis may fail although the plants pass, because the plants lack effects.
     """
     many = f"{len(plants)} plant{'s' if len(plants) > 1 else ''}"
     met, broken, undecided = (
