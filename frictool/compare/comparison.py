@@ -147,7 +147,10 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """Yield a function like `map` that runs in `workers` processes, or in this process for 1."""
+    """Yield a function like `map` that runs in `workers` processes.
+
+    For one worker, the function runs in this process.
+    """
     if workers <= 1:
         yield map
         return

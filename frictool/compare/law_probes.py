@@ -69,8 +69,8 @@ def viscous_friction(follow: Follow, setting: ComparisonSetting) -> str:
 def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
     """Return `±` if friction differs between rising and falling speed, else `-`.
 
-    The mass slides at an oscillating speed. `law_simulator.py` sets `+` if the document declares a
-    lag of the friction (`film`).
+    The mass slides at an oscillating speed. If the document declares a lag of the friction
+    (`film`), `law_simulator.py` sets `+` without this function.
     """
     period = setting.scales.time / MEMORY_FREQUENCY
     phase = 2.0 * math.pi * (np.arange(2 * MEMORY_STEPS) + 0.5) / MEMORY_STEPS
@@ -84,8 +84,8 @@ def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
 def rising_static_friction(slow: float, fast: float, setting: ComparisonSetting) -> str:
     """Return `±` if the largest friction before slip depends on the rate of the force, else `-`.
 
-    `law_simulator.py` sets `+` if the document declares a breakaway that rises with the time at
-    rest (`dwell`).
+    If the document declares a breakaway that rises with the time at rest (`dwell`),
+    `law_simulator.py` sets `+` without this function.
 
     `slow`, `fast`: largest friction [N] in a slow and in a fast ramp of the force.
     """

@@ -37,7 +37,7 @@ SETTLED = 5.0  # s, time from which the mass must stand still in the drift test
 
 
 def law_values(setting: ComparisonSetting) -> dict[str, float]:
-    """Return by name the values of `setting` from which the laws compute their parameters."""
+    """Map names to the values of `setting` from which the laws compute their parameters."""
     return {
         "coulomb": setting.coulomb,
         "breakaway": setting.breakaway,
@@ -60,11 +60,11 @@ def law_values(setting: ComparisonSetting) -> dict[str, float]:
 def setting_violations(
     setting: ComparisonSetting, laws: tuple[str, ...]
 ) -> tuple[list[str], list[str]]:
-    """Return the conditions that the setting violates, for the hybrid laws among `laws`.
+    """Return the conditions of the hybrid laws in `laws` that the setting violates, as text.
 
-    The first list contains the violated requirements as text, the second the violated
-    recommendations. friction/hybrid_time_step.py lists the conditions. The conditions on sample
-    period and encoder step are checked only if the setting contains these two values.
+    The first list contains violated requirements, the second violated recommendations.
+    friction/hybrid_time_step.py lists the conditions. The conditions on sample period and encoder
+    step are checked only if the setting contains these two values.
     """
     period = setting.sample_period or 10.0 / setting.decay
     resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay

@@ -18,9 +18,10 @@ from frictool.typing import Vector
 
 
 def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vector:
-    """Return the friction (n,) [N | N m] at the end of each step, for a contact without history.
+    """Return the friction (n,) [N | N m] at the end of each step of a prescribed velocity.
 
-    A hybrid law is evaluated with an infinite effort in the direction of motion.
+    At the start, the contact is undeformed and has no history. A hybrid law is evaluated with an
+    infinite effort in the direction of motion.
 
     - velocity: velocity in each step, (n,), m/s | rad/s
     - steps: duration of each step, (n,), s

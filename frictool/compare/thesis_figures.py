@@ -46,7 +46,7 @@ SIGNALS = {  # signals in a figure of a test, from top to bottom
 
 
 def pictures(comparison: Comparison) -> list[PageFigure]:
-    """Return the figures of the thesis for the compared laws, then the figures of other laws."""
+    """Return the thesis's figures of the compared laws, then figures of laws not in the thesis."""
     shown = [_inputs(comparison, "3.17"), _inputs(comparison, "3.22")]
     covered: set[tuple[str, str]] = set()
     for number, test, laws in THESIS:

@@ -134,7 +134,7 @@ def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
 
 
 def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquations:
-    """Return the equations of a friction element: the effort -F on the block, with the law of F."""
+    """Return the equations of a friction element: the effort -F on the block, and F by its law."""
     key = f"links.{name}"
     block = element.on
     kind = notation.kinds[block]
@@ -163,7 +163,9 @@ def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquat
 
 
 def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
-    """Return the equations of an end stop: a contact force N or, if compliant, -k s - d s'.
+    """Return the equations of an end stop: its contact force N, and the conditions of contact.
+
+    A compliant stop has N = -k s - d s'.
 
     - s: distance beyond the end
     - k: stiffness

@@ -23,7 +23,7 @@ Efforts = Mapping[str, Sequence[Term]]
 def free_body(
     block: str, efforts: Efforts, links: Sequence[LinkEquations], notation: Notation
 ) -> Equation:
-    """Return m q'' = sum of all efforts on a block, including the forces of rigid links."""
+    """Return the equation m q'' = sum of all efforts on a block, with the forces of rigid links."""
     right = [*efforts[block]]
     for link in links:
         if link.b == block:
@@ -48,7 +48,10 @@ class RigidTree:
         self.root, self.links, self.notation = root, links, notation
 
     def equation(self, efforts: Efforts) -> Equation:
-        """Return (sum of inertias) q_root'' = sum of efforts, all reflected to the root."""
+        """Return the equation of the tree, with all inertias and efforts reflected to the root.
+
+        The equation is (sum of inertias) q_root'' = sum of efforts.
+        """
         inertia = [mass.times(self.notation.inertia(block)) for block, _, mass in self._walk()]
         right = self._gathered(efforts, extra=True)
         unit = si_unit("effort", self.notation.kinds[self.root])

@@ -148,8 +148,9 @@ def _relations(
 def _yielding(
     name: str, link: Transmitting, notation: Notation, along: Term, force: Term, plays: bool
 ) -> tuple[Equation, ...]:
-    """Return the effort lambda = -k s - d s' at the second end of a compliant link; s: strain.
+    """Return the equation lambda = -k e - d e' of the effort at a compliant link's second end.
 
+    - e: deformation of the link; for a link with backlash, its symbol is s
     - k: stiffness
     - d: damping
 

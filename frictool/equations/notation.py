@@ -44,7 +44,7 @@ class Notation:
         self.parameters: dict[str, ParameterRow] = {}
 
     def position(self, block: str) -> Term:
-        """Return the position theta [rad] or x [m] of a block."""
+        """Return the symbol of a block's position: theta [rad] or x [m]."""
         kind = self.kinds[block]
         return _named(
             "theta" if kind == "rotary" else "x",
@@ -54,7 +54,7 @@ class Notation:
         )
 
     def speed(self, block: str) -> Term:
-        """Return the speed omega [rad/s] or v [m/s] of a block."""
+        """Return the symbol of a block's speed: omega [rad/s] or v [m/s]."""
         kind = self.kinds[block]
         return _named(
             "omega" if kind == "rotary" else "v",
@@ -64,7 +64,7 @@ class Notation:
         )
 
     def acceleration(self, block: str) -> Atom:
-        """Return the acceleration of a block [rad/s^2 or m/s^2]."""
+        """Return the symbol of a block's acceleration [rad/s^2 or m/s^2]."""
         kind = self.kinds[block]
         speed = self.speed(block).factors[0][0]
         return Atom(

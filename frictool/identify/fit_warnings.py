@@ -184,7 +184,7 @@ def unstable_load_warnings(
     mean = float(np.sum(slope)) / (logged.high - logged.low)
     unit = si_unit("stiffness", bench.axis)
     return [
-        f"the load falls by {-mean:.3g} {unit} at all positions of the logs, as at the top of an "
+        f"the load falls by {-mean:.3g} {unit} at all logged positions, as at the top of an "
         "inverted pendulum; if the axis is no pendulum, record longer strokes, or declare "
         "load.terms: [offset]"
     ]

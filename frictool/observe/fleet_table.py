@@ -42,7 +42,7 @@ SEEN_LAST = ("kind", "moves", "velocity_rms", "duration_s", "reason")
 class FleetRow:
     """Result for one log.
 
-    - ratio: wear divided by the wear of the unit at commissioning; None if this is unknown
+    - ratio: wear divided by the wear of the unit at commissioning; None if either is unknown
     - verdict: comparison of the wear with the limit; None if there is no limit or no outcome
     - reason: reason for the verdict, or for a missing result
     - first: True if this log is the first of its unit, with which the later logs are compared

@@ -159,7 +159,10 @@ def _ends_of(wear: EstimateRange, rough: float) -> list[float]:
 
 
 def _with_viscous(model: Model, end: int) -> Model:
-    """Return the model with all viscous friction at the lower (`end` 0) or upper (1) end."""
+    """Return the model with each viscous friction at one end of its interval.
+
+    `end`: 0 for the lower, 1 for the upper end.
+    """
 
     def at_end(quantity: Quantity | None) -> Quantity | None:
         return (

@@ -111,9 +111,9 @@ def ratio_to(reference: Commissioning | None, estimate: WearEstimate) -> Estimat
 def with_verdict(
     outcome: ObservationOutcome, limit: float | None, reference: Commissioning | None
 ) -> ObservationOutcome:
-    """Return a copy of `outcome` with the ratio to commissioning and the verdict.
+    """Return a copy of `outcome` with the ratio to commissioning, and the verdict on the wear.
 
-    If `limit` is None, there is no verdict.
+    The verdict is None if `limit` is None.
     """
     ratio = ratio_to(reference, outcome.estimate)
     verdict = None if limit is None else judge(outcome.estimate, limit, ratio, outcome.doubts)

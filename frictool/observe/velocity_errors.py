@@ -47,9 +47,9 @@ class ErrorSums:
 
 @dataclass
 class PendingSamples:
-    """Last samples (n,) of position, estimated and true velocity, kept for the next comparison.
+    """Last samples (n,) of position, estimated and true velocity, kept for the next block.
 
-    `compared` is the number of these samples that have been compared already.
+    `compared`: number of these samples whose errors have been summed already.
     """
 
     position: list[Vector] = field(default_factory=list)

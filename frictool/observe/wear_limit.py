@@ -136,7 +136,10 @@ def _parts(
 
 
 def _reference(wear: EstimateRange, ratio: EstimateRange) -> EstimateRange:
-    """Return the wear at commissioning from wear and ratio (inverse of `EstimateRange.over`)."""
+    """Return the wear at commissioning, computed from wear and ratio.
+
+    The computation is the inverse of `EstimateRange.over`.
+    """
     value = wear.value / ratio.value
 
     def widened(whole: float, part: float) -> float:

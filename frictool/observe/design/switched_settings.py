@@ -57,15 +57,15 @@ class SwitchedObserverSettings:
 
 
 class UnsuitableSetting(NoSolutionError):
-    """Error: a setting, such as an option of a command, is impossible with this model."""
+    """Error for a setting, such as an option of a command, that is impossible with the model."""
 
 
 def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
     """Return the factor lambda by which the estimation error decays per sample.
 
-    If the settings contain no decay and the sample period is at most DECAY_PERIOD, lambda is
-    DECAY^(period/DECAY_PERIOD), which means a fixed time constant. For longer periods lambda is
-    DECAY, because a smaller lambda makes the bound gamma of the error larger.
+    If the settings contain no decay, and the sample period is at most DECAY_PERIOD, lambda is
+    DECAY^(period/DECAY_PERIOD). The time constant then does not depend on the period. For longer
+    periods, lambda is DECAY, because a smaller lambda makes the bound gamma of the error larger.
     """
     return (
         settings.decay

@@ -29,6 +29,6 @@ def scale_of(model: Model) -> EstimateRange | None:
 
 
 def relative_deviation(model: Model) -> float:
-    """Return the relative standard deviation of the actuator constant; 0 if it has no range."""
+    """Return the relative standard deviation of the actuator constant; 0 without a range."""
     low, high = model.bench.actuator.constant.interval
     return 0.5 * (high - low) / (QUANTILE * model.bench.actuator.constant.value)

@@ -247,9 +247,10 @@ def _acceleration_noise(count: float, second: Vector) -> float:
 
 
 def _dry(axis: Vector) -> tuple[Vector, Vector]:
-    """Return friction polynomials (2, MAX_TERMS), backward and forward, and their range (2,).
+    """Return polynomials of the friction over position, and their range of positions (2,).
 
-    The coefficients begin with the lowest power.
+    The polynomials (2, MAX_TERMS) are backward and forward; the coefficients begin with the lowest
+    power.
     """
     dry = np.zeros((2, MAX_TERMS))
     mapped = np.array([-math.inf, math.inf])
