@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from frictool.adapters.parameter_intervals import relative
 from frictool.documents.bench import Bench
+from frictool.documents.quantity import Quantity
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.coast_down import coast_down
 from frictool.identify.estimators.output_error import OUTPUT_ERROR
@@ -14,7 +15,7 @@ from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, Unusable
 from frictool.identify.fit_warnings import DOUBTFUL_FORCE_ERROR
 from frictool.identify.fixed_parameter_refit import fixed_parameters, refit
 from frictool.identify.force_error import force_error, nearest_values, predicted_by_position
-from frictool.identify.interval_checks import NEVER_NEGATIVE
+from frictool.identify.interval_checks import NEVER_NEGATIVE, contradicts
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import METHODS, run
 from frictool.identify.orientation import undriven
@@ -84,6 +85,7 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
+    outcome = outcome.merge(Outcome(refused=_needless_contradictions(logs, wider.fit)))
     outcome = replace(outcome, fit=wider.fit, laws=wider.fit.laws)
     fixed = fixed_parameters(wider.fit, outcome, logs.bench)
     final = METHODS[fit.method or logs.method].whole_curve
@@ -106,6 +108,40 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     ):
         return _with_fitted_values(outcome, wider.fit, fixed, logs.bench), wider
     return merged, replace(again, spring=wider.spring)
+
+
+def _needless_contradictions(logs: AxisLogs, fit: SlidingFit) -> dict[str, str]:
+    """Return a reason for each parameter that contradicts the bench without a better model.
+
+    If effects were removed from the effort, a parameter may follow from a wrong effect, such as
+    friction that changes along the log in place of friction that falls with speed. The model
+    contains no effects. An interval that does not overlap the bench's range therefore needs a model
+    that is more accurate than the model with the nearest value of this range.
+    """
+    reasons = dict[str, str]()
+    if not fit.effects or fit.force_error is None:
+        return reasons
+    for name in NEVER_NEGATIVE:
+        known: Quantity | None = getattr(logs.bench.mechanics, name, None)
+        interval = fit.parameters.get(name)
+        if known is None or interval is None or not contradicts(interval, known):
+            continue
+        low, high = known.interval
+        end = low if interval.high < low else high
+        try:
+            again = refit(
+                logs.sliding, logs.bench, logs.settings, fit, {name: Interval(end, end, end)}
+            )
+        except UnusableLogs:
+            continue
+        error = with_force_error(again, logs, again.parameters).force_error
+        if error is not None and error <= fit.force_error:
+            reasons[name] = (
+                f"the log's interval [{interval.low:.4g}, {interval.high:.4g}] lies outside the "
+                f"bench's [{low:.4g}, {high:.4g}], with which the model is as accurate; record "
+                "faster motions"
+            )
+    return reasons
 
 
 def _with_fitted_values(

@@ -13,8 +13,8 @@ from frictool.identify.axis_logs import sort_logs
 from frictool.identify.breakaway_parameters import with_breakaway
 from frictool.identify.fit_result import PARAMETERS, Interval
 from frictool.identify.methods import DEFAULT, IdentificationSettings
-from frictool.identify.outcome import Outcome, accept
-from frictool.identify.sliding_parameters import settled, sliding_fit
+from frictool.identify.outcome import Outcome, accept, sliding_intervals
+from frictool.identify.sliding_parameters import settled, sliding_fit, with_force_error
 from studies.rigs.identification_rigs import clutch, record
 from studies.rigs.sample_logs import TRUTH, ramp, sines
 
@@ -79,6 +79,33 @@ def test_a_refused_parameter_keeps_its_fitted_value_if_the_bench_contradicts_the
     assert kept.value == value
     assert kept.low <= wrong.interval[0]
     assert kept.high >= wrong.interval[1]
+
+
+def test_a_value_outside_the_bench_needs_a_more_accurate_model() -> None:
+    """An effect that was removed from the effort may be wrong, and move the inertia."""
+    bench = clutch()
+    least, most = bench.mechanics.inertia.interval
+    true = TRUTH.inertia
+    moved = Interval(5.0 * true, 4.0 * true, 6.0 * true)
+    other = Quantity(2.0 * most, 1.5 * most, 2.5 * most, "kg m^2")
+    elsewhere = structs.replace(bench, mechanics=structs.replace(bench.mechanics, inertia=other))
+    for rig, wrong in ((bench, True), (elsewhere, False)):
+        logs = sort_logs([record(sines(1))], [], rig, "least-squares", IdentificationSettings())
+        fit = replace(sliding_fit(logs), effects={"warming": Interval.around(0.0, 1e-3)})
+        if wrong:
+            parameters = {**fit.parameters, "inertia": moved}
+            fit = with_force_error(replace(fit, parameters=parameters), logs, parameters)
+        outcome, _ = settled(logs, fit)
+        assert ("inertia" in outcome.identified) != wrong
+        assert (
+            outcome.identified["coulomb"].low <= TRUTH.coulomb <= outcome.identified["coulomb"].high
+        )
+        if wrong:
+            assert "outside the bench's" in outcome.refused["inertia"]
+            assert sliding_intervals(outcome.from_logs, rig)["inertia"].low <= true
+            assert least < true < most
+        else:
+            assert outcome.identified["inertia"].high < other.interval[0]
 
 
 def test_sliding_motion_given_as_ramps_is_warned_of() -> None:
