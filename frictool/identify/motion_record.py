@@ -142,6 +142,7 @@ class MotionRecord:
     - sensor_lag: time constant of the position sensor's first-order lag, s; `effort` is filtered by
       this lag
     - load: part of `effort` that balances the known load, (n,), N m | N; None without a known load
+    - effort_measured: True if a sensor measured the effort, behind the lag of a winding
     """
 
     name: str
@@ -159,6 +160,7 @@ class MotionRecord:
     winding: WindingSignals | None = None
     load: Vector | None = None
     sensor_lag: float = 0.0
+    effort_measured: bool = False
 
     @property
     def effort_lag(self) -> float:
@@ -405,7 +407,8 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
         servo, if the goal, the position or the gain is missing.
     """
     record = lagged(_motion_of(log, bench), _command_lag(log, bench))
-    record = replace(record, winding=_winding(log))
+    measured = _effort_measured(log, bench)
+    record = replace(record, winding=_winding(log), effort_measured=measured)
     if record.velocity is None:
         record = sensed(record, bench.encoder.lag_s)
     return _with_temperature(_with_servo(record, log, bench), log)
@@ -501,10 +504,14 @@ def without_lag(record: MotionRecord, bench: Bench) -> MotionRecord:
 
 def _command_lag(log: Log, bench: Bench) -> float:
     """Return the lag [s] from the logged voltage to the effort; 0 if the effort was measured."""
-    actuator, stream = bench.actuator, log.main
-    if "effort" in stream.signals and effort_is_measured(log, stream, bench):
+    actuator = bench.actuator
+    if _effort_measured(log, bench) or not actuator.winding_delays:
         return 0.0
-    return actuator.loop_time_constant_s if actuator.winding_delays else 0.0
+    return actuator.loop_time_constant_s
+
+
+def _effort_measured(log: Log, bench: Bench) -> bool:
+    return "effort" in log.main.signals and effort_is_measured(log, log.main, bench)
 
 
 def _motion_of(log: Log, bench: Bench) -> MotionRecord:

@@ -113,11 +113,11 @@ def winding_delay(
 ) -> WindingDelay | None:
     """Return the increase of the inertia due to the winding of a voltage drive.
 
-    `viscous` is the viscous friction of the fit. Return None in four cases: the drive is no voltage
-    drive; the model lacks the inertia; neither the model contains a delay nor the records contain a
-    lag; the computed increase is not positive.
+    `viscous` is the viscous friction of the fit. Return None in five cases: the drive is no voltage
+    drive; the effort was measured; the model lacks the inertia; neither the model contains a delay
+    nor the records contain a lag; the computed increase is not positive.
     """
-    if regression is None or not bench.actuator.winding_delays:
+    if regression is None or not _behind_winding(records, bench):
         return None
     alone = regression.intervals().get("inertia")
     most = regression.inertia_with_undelayed_viscous(viscous)
@@ -232,15 +232,15 @@ def lag_doubts(
     """Return [(parameter, warning)] for parameters that an unknown lag of a winding can change.
 
     The lag is assumed to exceed the delay of the model (0 without a delay) by at most one sample
-    period. There is no warning if one period of lag moves each parameter by less than the half
-    width of its interval, or if the interval of the fitted delay ends below the delay of the model
-    plus READ_APART periods. The interval of the fitted delay is not used if noise of the
-    acceleration falsifies the delay, or if the whole interval means that the voltage acts before it
-    is logged.
+    period. There is no warning if the effort was measured, if one period of lag moves each
+    parameter by less than the half width of its interval, or if the interval of the fitted delay
+    ends below the delay of the model plus READ_APART periods. The interval of the fitted delay is
+    not used if noise of the acceleration falsifies the delay, or if the whole interval means that
+    the voltage acts before it is logged.
     """
     late = next((one for one in regression.hypotheses if one.term == DELAY), None)
     known = any(one.lag > 0.0 or one.winding is not None for one in records)
-    if late is None or known or not bench.actuator.winding_delays:
+    if late is None or known or not _behind_winding(records, bench):
         return []
     period = max(record.period for record in records)
     without = regression.without(late)
@@ -260,3 +260,9 @@ def lag_doubts(
         "(columns.current)"
     )
     return [(name, doubt)]
+
+
+def _behind_winding(records: Sequence[MotionRecord], bench: Bench) -> bool:
+    """Return True if a winding delays the effort behind its logged value."""
+    computed = any(not record.effort_measured for record in records)
+    return bench.actuator.winding_delays and computed

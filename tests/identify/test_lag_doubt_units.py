@@ -20,7 +20,7 @@ def test_each_parameter_has_the_unit_of_its_dimension(tmp_path: Path, name: str)
     late = SimpleNamespace(term="delay")
     without = SimpleNamespace(intervals=lambda _: {}, rates=lambda _: {name: -2.0})
     regression = SimpleNamespace(hypotheses=[late], used=(), noisy=False, without=lambda _: without)
-    record = SimpleNamespace(lag=0.0, winding=None, period=1e-3)
+    record = SimpleNamespace(lag=0.0, winding=None, period=1e-3, effort_measured=False)
     bench = SimpleNamespace(
         actuator=SimpleNamespace(winding_delays=True), axis=mass_bench(tmp_path).axis
     )
@@ -29,3 +29,5 @@ def test_each_parameter_has_the_unit_of_its_dimension(tmp_path: Path, name: str)
     ((found, doubt),) = lag_doubts([record], bench, regression, wide)  # type: ignore[arg-type, list-item]
     assert found == name
     assert f"changes by about 0.002 {UNITS[name]} per ms" in doubt
+    record.effort_measured = True  # the lag of a winding is before the sensor of the effort
+    assert lag_doubts([record], bench, regression, wide) == []  # type: ignore[arg-type, list-item]
