@@ -186,7 +186,7 @@ class Design(
             raise ValueError("structure speed_cascade needs a position_law")
         if self.structure == "position" and self.position_law is not None:
             raise ValueError(
-                "structure position has no position_law: its linear controller takes "
+                "remove position_law: in structure position, the linear controller takes "
                 "the position error"
             )
         if self.prewarp_rad_s is not None and self.domain == "discrete":

@@ -1,7 +1,7 @@
 """Motion of a body with extended friction (friction/law_extension.py), one interval per call.
 
-    at rest    the breakaway threshold never falls: the threshold grows with the time at rest, and
-               while the velocity of the film decays
+    at rest    the breakaway threshold only grows: with the time at rest, and as the velocity of the
+               film decays
     in slip    Dormand-Prince with error control on position, speed and film; there is no closed
                form if Coulomb friction and breakaway vary with position
 

@@ -156,7 +156,7 @@ def rest_condition(
         else ""
     )
     sentence = (
-        f"{', '.join(blocks)} at rest {'stays' if len(blocks) == 1 else 'stay'} while {text}{some}"
+        f"{', '.join(blocks)} {'stays' if len(blocks) == 1 else 'stay'} at rest while {text}{some}"
     )
     return Condition(
         sentence,

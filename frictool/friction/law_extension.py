@@ -138,17 +138,17 @@ class FrictionExtension:
 
     def _check_numbers(self) -> None:
         low, high = self.travel
-        if (
-            not self.forward
-            or not self.backward
-            or not np.all(np.isfinite([*self.forward, *self.backward, low, high]))
-            or low >= high
-        ):
+        if not np.all(np.isfinite([low, high])) or low >= high:
             raise ValueError(
-                "position factors need finite coefficients and a travel low < high, found "
-                f"[{low:g}, {high:g}]"
+                f"travel of the position factors: found [{low:g}, {high:g}]; allowed: finite "
+                "limits with low < high"
             )
         for name, coefficients in (("forward", self.forward), ("backward", self.backward)):
+            if not coefficients or not np.all(np.isfinite(coefficients)):
+                raise ValueError(
+                    f"{name} position factor: found coefficients {[*coefficients]}; allowed: at "
+                    "least one, all finite"
+                )
             smallest = minimum(coefficients, low, high)[1]
             if smallest <= 0.0:
                 raise ValueError(

@@ -465,9 +465,10 @@ class EffectRegression:
         return [AcceptedEffects(what, significance, shift, held_out, whole=whole, settle=settle)]
 
     def named(self, one: Hypothesis, others: Sequence[Hypothesis]) -> Hypothesis:
-        """Return the hypothesis `one` with a name and advice chosen by its fitted effort.
+        """Return the hypothesis `one` with a name and advice that suit its effort over speed.
 
-        The effort is fitted together with the hypotheses `others` (`rows/shape_over_speed.py`).
+        The effort is fitted together with the hypotheses `others` (`rows/shape_over_speed.py`). A
+        hypothesis outside FALLS is returned unchanged.
         """
         model = [*others, one]
         values = self.values(model) if one.term in FALLS else None

@@ -92,9 +92,9 @@ def slow_effort_warnings(
         advice = "log the measured current as often as the position"
         if effect.low > SLOW:
             raise UnusableLogs(
-                f"{Path(record.name).name}: the effort {rates}; the inertia would be "
-                f"{effect.logged:.4g} {unit} instead of about {effect.interpolated:.4g} {unit}; "
-                f"{advice}"
+                f"{Path(record.name).name}: the effort {rates}; a fit to this effort gives an "
+                f"inertia of {effect.logged:.4g} instead of about {effect.interpolated:.4g} "
+                f"{unit}; {advice}"
             )
         warnings.append(
             f"{Path(record.name).name}: the effort {rates}; the log does not show whether "

@@ -51,9 +51,9 @@ def hidden_effects(regression: EffectRegression, bench: Bench) -> list[AcceptedE
 def _shift(
     regression: EffectRegression, effect: Hypothesis, lasting: float
 ) -> AcceptedEffects | None:
-    """Return the shift of the parameters by an effect that has the prior rms effort `lasting`.
+    """Return the shift of the parameters by one effect; None if the rows do not determine it.
 
-    The result is None if the rows do not determine the effect.
+    lasting: rms effort of the effect for one standard deviation of the prior of its coefficient.
     """
     (column,) = effect.names
     fitted = regression.intervals([effect]).get(column)

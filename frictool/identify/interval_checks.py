@@ -60,8 +60,8 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
         return None
     if not contradicts(interval, known):
         return (
-            f"the log's interval {shown} is no narrower than the range [{known.low:.4g}, "
-            f"{known.high:.4g}] in the bench"
+            f"the log's interval of {name} {shown} is no narrower than the bench's range "
+            f"[{known.low:.4g}, {known.high:.4g}]"
         )
     return _factor(interval) if friction and interval.high > LARGEST_FACTOR * low else None
 

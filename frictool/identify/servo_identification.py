@@ -2,9 +2,10 @@
 
 The parameters are fitted by output error in closed loop: a simulation of the bench's firmware and
 axis follows the logged goal, and the simulated position is compared with the measured position. The
-result contains the axis with the torque enabled, whose viscous friction includes the back-EMF, and
-a bench with the identified constants of the servo. Intervals come from a jackknife over the logs
-or, if there are few logs, over strokes, because neighbouring samples have dependent errors.
+result contains the parameters of the axis, and a bench with the identified constants of the servo.
+The viscous friction is that of the axis with the torque enabled; it includes the back-EMF. Errors
+of neighbouring samples are dependent. Intervals therefore come from a jackknife over whole logs or,
+if there are few logs, over strokes.
 """
 
 from __future__ import annotations

@@ -196,8 +196,8 @@ def vertex_controllers(
 ) -> tuple[Lti, ...]:
     """Return a controller for each plant, all in the same state coordinates.
 
-    Take one convex combination of the plants, and the combination of the controllers with the same
-    weights. The loop of the two has a norm of at most `ease` times gamma (thesis 5.46, 5.64).
+    A convex combination of the controllers stabilises the convex combination of the plants with the
+    same weights. The norm of this loop is at most `ease` times gamma (thesis 5.46, 5.64).
     """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 

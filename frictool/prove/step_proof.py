@@ -1,9 +1,10 @@
-"""Proof of a step test: all runs of each plant from one encoder count, and their metrics.
+"""Proof of a step test: all possible runs of each plant, and their metrics.
 
-Readings and commands of a run are numbers, not sets (encoder_phases.py). The metrics are computed
-from these numbers as `report` computes them from a log. A requirement is proved if every start
-belongs to a run that meets the requirement. A requirement is refuted only if the event-exact
-simulation from one of the starts also violates the requirement.
+The runs of a plant start anywhere within the encoder count of the initial position. Readings and
+commands of a run are numbers, not sets (encoder_phases.py). The metrics are computed from these
+numbers as `report` computes them from a log. A requirement is proved if every start belongs to a
+run that meets the requirement. A requirement is refuted only if the event-exact simulation from one
+of the starts also violates the requirement.
 """
 
 from __future__ import annotations

@@ -137,12 +137,12 @@ class ReportRequest:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Verdict(ResultView):
-    """Outcome of all requirements of a specification for logs, and the metrics of each log.
+    """Judgement of logs against a specification: outcome of each requirement, metrics of each log.
 
     The requirements are in the specification's order.
 
-    - meets: for each stream, True if its values meet every requirement and nothing puts the
-      simulation in doubt
+    - meets: for each stream, True if its values meet every requirement. All are False if a
+      simulation among the logs may differ from the axis
     - remarks: warnings
     """
 

@@ -218,7 +218,7 @@ def test_intervals_that_allow_any_effort_are_reported(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("{value: 0.5,", "{value: 0.5, low: -60, high: 60,"))
     result = run("validate", path, two_bodies(tmp_path, 1))
     assert result.code == 0
-    assert "the model's intervals allow an error of" in result.stderr
+    assert "they allow a force error of" in result.stderr
 
 
 def pressed(folder: Path, spring: float) -> Path:

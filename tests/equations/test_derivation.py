@@ -157,12 +157,12 @@ sources: {{motor: {{on: screw, drive: effort}}}}
     exact = derived(text.replace(", friction_form: thesis", ""), tmp_path)
     assert "p_thread = R_thread tan(alpha_thread + atan(mu_thread))" in section(exact, "Links")
     rest = (
-        "screw, nut at rest stay while u_motor - p_thread F_spring = 0 for some p_thread "
+        "screw, nut stay at rest while u_motor - p_thread F_spring = 0 for some p_thread "
         "between its values in both directions of power"
     )
     assert section(exact, "Modes") == [rest]
     assert section(screw, "Modes") == [
-        "screw, nut at rest stay while |u_motor - R_thread tan(alpha_thread) F_spring| <= "
+        "screw, nut stay at rest while |u_motor - R_thread tan(alpha_thread) F_spring| <= "
         "|W_thread|",
     ]
     assert relation in exact.directions[0]

@@ -244,7 +244,7 @@ def test_the_default_extension_changes_nothing() -> None:
         ({"fresh": 0.0}, "fresh in"),
         ({"rise_time": -1.0}, "rise_time >= 0"),
         ({"travel": (1.0, 1.0)}, "low < high"),
-        ({"forward": ()}, "finite coefficients"),
+        ({"forward": ()}, "at least one, all finite"),
         ({"forward": (1.0, -4.0, 3.9)}, "falls to -0.02"),
         ({"fresh": 0.6, "rise_time": 1.0}, "allowed: >= coulomb"),
         ({"lag": -1.0}, "lag is -1"),

@@ -1,4 +1,4 @@
-"""Breakaway from ramps on an axis with a load over position that no log of sliding determines.
+"""Breakaway from ramps if the load over position is not known from logs of sliding.
 
 `onset_load` describes the two ways in which such a load is treated.
 """

@@ -155,14 +155,14 @@ class SearchedRecords:
         """Return the regression rows with the columns of all hypotheses.
 
         Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
-        if the axis never slips throughout a smoothing window.
+        if no slip is as long as a smoothing window.
         """
         return joined(self.samples_of_records(waves))
 
     def samples_of_records(self, waves: tuple[float, ...]) -> list[RegressionSamples]:
         """Return the regression rows of `samples` separately for each record.
 
-        Raises UnusableLogs if the axis never slips throughout a smoothing window.
+        Raises UnusableLogs if no slip is as long as a smoothing window.
         """
         declared = self.bench.load or LoadTerms(("offset",))
         terms = (*(one.term for one in self.hypotheses), *RIPPLES[: len(waves)])
@@ -186,8 +186,8 @@ class SearchedRecords:
         """Return the regression rows with the columns of all hypotheses, as triangular matrices.
 
         Ripples with the wave numbers `waves` [1/rad | 1/m] have columns, too. Raises UnusableLogs
-        if the axis never slips throughout a smoothing window, or if the motion does not determine
-        Coulomb friction and offset.
+        if no slip is as long as a smoothing window, or if the motion does not determine Coulomb
+        friction and offset.
         """
         samples = self.samples(waves)
         names, refused = parameters_of(samples)

@@ -128,9 +128,9 @@ def constant_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench)
 
 
 def voltage_drop_warning(motor: Mapping[str, Interval | UnusableLogs], bench: Bench) -> str | None:
-    """Return a warning if a voltage drop looks like friction of a voltage drive, else None.
+    """Return a warning that friction includes the voltage drop of driver and brushes, or None.
 
-    `motor` is a result of `winding`.
+    The drive must be a voltage, and `motor`, a result of `winding`, must contain the drop.
     """
     drop = motor.get(VOLTAGE_DROP)
     if not isinstance(drop, Interval) or bench.actuator.drive != "voltage":

@@ -26,10 +26,11 @@ def named_by_shape(
     values: Mapping[str, float],
     samples: RegressionSamples,
 ) -> Hypothesis:
-    """Return the hypothesis `one` in FALLS, with a name and advice chosen by its fitted effort.
+    """Return the hypothesis `one` with a name and advice that suit its fitted effort over speed.
 
-    `values` are the fitted parameters of `model`, which contains `one`. If the model has a load,
-    the advice does not propose the Stribeck curve, because that method cannot fit loads.
+    The term of `one` is in FALLS; `values` are the fitted parameters of `model`, which contains
+    `one`. If a load was fitted, the advice is an entry of load.terms instead of the method
+    stribeck-curve, which cannot fit loads.
     """
     names = [name for fall in model if fall.term in FALLS for name in fall.names]
     friction = _friction(names, values, samples)

@@ -79,7 +79,7 @@ def weighted_fit(
     """Return the least-squares fit of slipping samples, weighted by `weigh(samples)` (n,).
 
     Parameters in `droppable` that do not improve the prediction are set to 0. Raises UnusableLogs
-    if the axis never slips throughout a smoothing window.
+    if no slip is as long as a smoothing window.
     """
 
     def fitting(rows: RegressionSamples, used: int) -> SlidingFit:
@@ -103,7 +103,7 @@ def slipping_fit(
     """Fit the samples at which the axis certainly slips by the function `fitting`.
 
     If the encoder is too coarse for the inertia, the inertia is reported as not identified. Raises
-    UnusableLogs if the axis never slips throughout a smoothing window.
+    UnusableLogs if no slip is as long as a smoothing window.
     """
     share = SMALLEST_SHARE
     samples, used = slipping(records, bench, share, settings.window)
@@ -256,7 +256,7 @@ def slipping(
     - share: allowed ratio of noise to acceleration, from which the window of each record follows
     - window: smoothing window for all records, samples; None for windows that follow from `share`
 
-    Raises UnusableLogs if the axis never slips throughout a smoothing window.
+    Raises UnusableLogs if no slip is as long as a smoothing window.
     """
     parts, windows = [], []
     for record in records:

@@ -166,8 +166,8 @@ def judged_force(
         line = f"undecided: {shown}; encoder noise hides errors"
         return Judgement(None, error, limit, line, "validate on faster motion")
     doubt = (
-        f"the model's intervals allow an error of {100.0 * intervals:.3g} %; another log may "
-        "contradict the model"
+        "this result says little: the model's intervals are so wide that they allow a force error "
+        f"of {100.0 * intervals:.3g} %; identify with more logs"
     )
     wide = doubt if intervals >= EXPLAINS_NOTHING else ""
     return Judgement(True, error, limit, f"the model reproduces this log: {shown}", wide)

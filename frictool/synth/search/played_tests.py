@@ -102,9 +102,9 @@ class PlayedTests:
     plants: int
 
     def without_reserve(self, controller: Controller, whole: JudgedRuns) -> Iterator[JudgedRuns]:
-        """Yield the results of the tests `others` and `places`.
+        """Play the tests in which a design need not keep the reserve, and yield their results.
 
-        whole: results of the test `whole`, which determine the plants of `places`.
+        whole: results of the complete test; its worst plants are played in `places`.
         """
         for judge in self.others:
             yield judge(controller, None)
