@@ -27,6 +27,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.smoothing import white_noise
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
 
@@ -98,7 +99,7 @@ def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[Constan
     """Return the stretches of implausibly constant effort, and the number of samples in motion."""
     strokes = find_strokes(record)
     edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1) != 0)
-    noise = NOISE_BAND * _noise(record.effort)
+    noise = NOISE_BAND * white_noise(record.effort)
     inertia = bench.mechanics.inertia.interval[0]
     stretches = list[ConstantStretch]()
     moving = 0
@@ -122,14 +123,6 @@ def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[Constan
         for side in (1.0, -1.0)
         for one in _of_one_level([s for s in stretches if s.direction == side])
     ], moving
-
-
-def _noise(effort: Vector) -> float:
-    return (
-        float(np.median(np.abs(np.diff(effort, 2)))) / (0.6745 * np.sqrt(6.0))
-        if effort.size > 2
-        else 0.0
-    )
 
 
 def _stretch(

@@ -26,10 +26,13 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import Estimate
 from frictool.identify.effect_regression import EffectRegression, effect_regression
 from frictool.identify.estimators.explanation_search import NOTICEABLE
+from frictool.identify.estimators.searched_records import SearchedRecords
 from frictool.identify.fit_result import Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
+from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import READ_APART, MotionRecord, delayed, sensed
 from frictool.identify.rows.effects import DELAY
+from frictool.identify.rows.smoothing import smoothed, white_noise
 
 STEPS = 8  # largest number of iterations
 # largest remaining lag that ends the iteration: relative to the lag, or to the half width of the
@@ -127,8 +130,11 @@ def fitted_lag(
         return replace(delayed(record, time), sensor_lag=lag.time)  # for the same samples
 
     delay = late_fit(fit, records, bench, model, late_effort)
-    if delay is not None and NOTICEABLE * delay.square < lag.square:
-        return None
+    if delay is not None:
+        searched = SearchedRecords.of(records, bench, IdentificationSettings(confidence))
+        noise = [_smoothed_noise(searched, move, lag.time) for move in (delayed, sensed)]
+        if NOTICEABLE * delay.square < lag.square + max(noise[0] - noise[1], 0.0):
+            return None
     found = lag.regression.intervals()
     if "inertia" not in found or not contradicts(found["inertia"], bench.mechanics.inertia):
         return lag.interval
@@ -136,6 +142,23 @@ def fitted_lag(
         return lag.interval
     own = Interval.around(found["inertia"].value / found["viscous"].value, lag.rest.half_width)
     return None if may_be_read_apart(own.low, records) else own
+
+
+def _smoothed_noise(searched: SearchedRecords, move: Move, time: float) -> float:
+    """Return the mean square of the effort's noise after `move` by `time` [s] and smoothing.
+
+    A lag suppresses more of the noise than a delay, so that its residual would be smaller.
+    """
+    squares, sizes = [], []
+    for record, window in zip(searched.records, searched.windows, strict=True):
+        n = record.effort.size
+        impulse = np.zeros(n)
+        impulse[n // 2] = 1.0
+        alone = replace(record, effort=impulse, piece=np.zeros_like(record.piece))
+        response = smoothed(move(alone, time), window)[2]
+        squares.append(n * white_noise(record.effort) ** 2 * float(np.nansum(response**2)))
+        sizes.append(n)
+    return sum(squares) / sum(sizes)
 
 
 def late_position(fit: SlidingFit | None, records: Sequence[MotionRecord]) -> Estimate | None:

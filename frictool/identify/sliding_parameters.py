@@ -85,6 +85,9 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
+    vague = {n: reason for n, reason in outcome.refused.items() if n not in wider.fit.refused}
+    wider = wider.with_advice(vague)
+    outcome = outcome.merge(Outcome(refused=wider.refusals(vague), narrowed=outcome.narrowed))
     outcome = outcome.merge(Outcome(refused=_needless_contradictions(logs, wider.fit)))
     outcome = replace(outcome, fit=wider.fit, laws=wider.fit.laws)
     fixed = fixed_parameters(wider.fit, outcome, logs.bench)
@@ -107,7 +110,7 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
         or unexplained(logs, again.fit, merged.from_logs) is not None
     ):
         return _with_fitted_values(outcome, wider.fit, fixed, logs.bench), wider
-    return merged, replace(again, spring=wider.spring)
+    return merged, replace(again, spring=wider.spring, advice=wider.advice)
 
 
 def _needless_contradictions(logs: AxisLogs, fit: SlidingFit) -> dict[str, str]:

@@ -114,6 +114,7 @@ class WidenedFit:
     - cautions: pairs of a parameter's name and a warning about this parameter
     - spring: factor by which a possible spring (`hidden_effects.py`) widens the interval of the
       inertia
+    - advice: note on how to identify parameters that were refused because of `effect`, or None
     """
 
     fit: SlidingFit
@@ -122,6 +123,24 @@ class WidenedFit:
     beyond: tuple[str, Sequence[str]] | None = None
     cautions: Sequence[tuple[str, str]] = ()
     spring: float = 1.0
+    advice: str | None = None
+
+    def refusals(self, refused: Mapping[str, str]) -> dict[str, str]:
+        """Return the reasons of the parameters `refused`, with the cause of a wide interval."""
+        if self.effect is None:
+            return dict(refused)
+        cause = f"perhaps {self.effect.what[-1]} makes it {{:.2g}} times as wide"
+        return {
+            name: f"{reason}; {cause.format(self.ratios[name])}" if name in self.ratios else reason
+            for name, reason in refused.items()
+        }
+
+    def with_advice(self, refused: Mapping[str, str]) -> WidenedFit:
+        """Return this fit with a note on how to identify the parameters `refused`."""
+        names = ", ".join(name for name in refused if name in self.ratios)
+        if self.effect is None or not self.effect.settle or not names:
+            return self
+        return replace(self, advice=f"to identify {names}: {self.effect.settle}")
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
         """Return the warnings about parameters in `identified`, except those of `doubts`."""
@@ -141,20 +160,21 @@ class WidenedFit:
         return dict.fromkeys(moved, (text,))
 
     def notes(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return texts about `effect` and a spring if they make an interval much wider."""
+        """Return `advice`, and texts about `effect` and a spring that make an interval wider."""
         wider = [
             f"{name} {ratio:.2g}"
             for name, ratio in self.ratios.items()
             if self._widened(name, identified)
         ]
-        spring = () if self.spring <= NOTABLE_SPRING else (SPRING_NOTE.format(self.spring),)
+        spring = None if self.spring <= NOTABLE_SPRING else SPRING_NOTE.format(self.spring)
+        others = tuple(one for one in (spring, self.advice) if one is not None)
         if self.effect is None or not wider:
-            return spring
+            return others
         settle = self.effect.settle and f". To decide, {self.effect.settle}"
         return (
             "included in the intervals: an effect that the model lacks, perhaps "
             f"{self.effect.what[-1]} ({', '.join(wider)} times as wide){settle}",
-            *spring,
+            *others,
         )
 
     def _widened(self, name: str, identified: Mapping[str, Interval]) -> bool:

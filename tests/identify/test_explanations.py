@@ -524,3 +524,56 @@ def test_the_joint_test_does_not_reject_what_the_rows_do_not_determine() -> None
     assert probability((0,), alone, columns[1]) == 1.0  # one cluster determines the parameter
     many = draw.standard_normal((8, 80))
     assert probability(tuple(range(7)), *many) == 1.0  # as many tested as degrees of freedom
+
+
+def late_log(late: float) -> MotionRecord:
+    """Return a record with the effort `late` [s] earlier than the position, along fast moves."""
+    time = np.arange(6000) * 2e-3
+    position = minimum_jerk_moves(time)[0]
+    velocity, acceleration = minimum_jerk_moves(time + late)[1:]
+    effort = 1e-3 * acceleration + 0.01 * velocity + 0.1 * np.sign(velocity)
+    effort += np.random.default_rng(1).normal(0.0, 1e-3, time.size)
+    return make_record("log", time, position, effort, resolution=1e-4, lag=1.0)
+
+
+def test_the_second_order_part_of_a_delay_is_no_resonance() -> None:
+    fit = run("auto", [late_log(0.012)], rotary_bench(None), USUAL)
+    assert used(fit) == ["delay"]
+    assert fit.effects["delay"].value == pytest.approx(-0.012, rel=0.1)
+
+
+def test_a_delay_is_no_lag_of_the_sensor() -> None:
+    """The filter of a lag suppresses noise of the effort; its residual would be the smaller one."""
+    result = identify_records([late_log(0.004)], [], rotary_bench(None), "auto", USUAL)
+    assert not [one for one in result.warnings if "with a lag" in one]
+    inertia = result.identified["inertia"]
+    assert inertia.low <= 1e-3 <= inertia.high
+
+
+def test_a_delay_is_no_friction_over_position() -> None:
+    """Near reversals, the effort has the friction of the other direction for the delay's time."""
+    time = np.arange(12_000) * 1e-3
+    size, rate = np.array([4.0, 2.0]), np.array([4.0, 9.1])
+    at, later = (np.multiply.outer(rate, one) for one in (time, time + 0.008))
+    velocity, acceleration = (size * rate) @ np.cos(later), -(size * rate**2) @ np.sin(later)
+    effort = 1e-3 * acceleration + 0.01 * velocity + 0.1 * np.sign(velocity)
+    effort += np.random.default_rng(1).normal(0.0, 1e-3, time.size)
+    log = make_record("log", time, size @ np.sin(at), effort, resolution=1e-5, lag=1.0)
+    assert used(run("auto", [log], rotary_bench(None), USUAL)) == ["delay"]
+
+
+def minimum_jerk_moves(time: Vector) -> tuple[Vector, Vector, Vector]:
+    """Return position, velocity and acceleration (n,) of moves with a rest of 0.1 s after each."""
+    draw = np.random.default_rng(1)
+    position, velocity, acceleration = (np.zeros(time.size) for _ in range(3))
+    start, reached = 0.1, 0.0
+    while start < time[-1]:
+        distance = draw.uniform(1.0, 6.0) * (1.0 if reached < 5.0 else -1.0)
+        length = draw.uniform(0.25, 0.6)
+        s = np.clip((time - start) / length, 0.0, 1.0)
+        position += distance * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+        velocity += distance / length * 30.0 * (s * (1.0 - s)) ** 2
+        acceleration += distance / length**2 * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)
+        start += length + 0.1
+        reached += distance
+    return position, velocity, acceleration

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binom
 
+from frictool.adapters.parameter_intervals import absolute
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
@@ -218,6 +219,7 @@ def test_plan_and_absolute_intervals_use_a_narrowed_range(tmp_path: Path) -> Non
     view = json.loads(result.stdout)
     shown = view["narrowed"]["inertia"]["absolute"]
     assert shown == pytest.approx({"low": row.absolute.low, "high": row.absolute.high})
-    coulomb = view["parameters"]["coulomb"]
-    assert coulomb["absolute"]["low"] == pytest.approx(0.9 * coulomb["low"])
-    assert coulomb["absolute"]["high"] == pytest.approx(1.1 * coulomb["high"])
+    assert view["parameters"]
+    for one in view["parameters"].values():
+        ends = absolute(one["low"], one["high"], model.bench.actuator.constant)
+        assert one["absolute"] == pytest.approx({"low": ends[0], "high": ends[1]})

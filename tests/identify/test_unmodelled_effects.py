@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import msgspec
@@ -91,6 +92,21 @@ def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: B
     assert result.notes({"coulomb": plain}) == ()
     assert "friction that falls with speed (" in note
     assert "coulomb" in note
+    assert note.endswith("declare load.terms: [offset, stribeck]")
+
+
+def test_a_refusal_names_the_effect_and_how_to_measure_it(bench: Bench) -> None:
+    """The effect widens the interval of the Coulomb friction to the bench's range."""
+    _, _, velocity = axis()
+    record = axis(0.03 * np.sign(velocity) * np.exp(-np.abs(velocity) / 3.0))[0]
+    known = Quantity(0.1, low=0.095, high=0.105, unit="N m")
+    mechanics = msgspec.structs.replace(bench.mechanics, coulomb=known)
+    narrow = msgspec.structs.replace(bench, mechanics=mechanics)
+    result = identify_records([record], [], narrow, "least-squares", IdentificationSettings())
+    reason = result.refused["coulomb"]
+    assert "no narrower than the range [0.095, 0.105]" in reason
+    assert re.search(r"; perhaps friction that falls with speed makes it \d+(\.\d)? times", reason)
+    (note,) = (one for one in result.notes if one.startswith("to identify coulomb: "))
     assert note.endswith("declare load.terms: [offset, stribeck]")
 
 

@@ -42,7 +42,7 @@ from frictool.identify.estimators.load_hypotheses import UNSTABLE_SPRING, Struct
 from frictool.identify.estimators.searched_records import ECCENTRICITY, SearchedRecords
 from frictool.identify.fit_result import Explanation, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import MotionRecord, delayed, sensed
 from frictool.identify.regression.term_selection import WORTH, beyond_chance, clearly_better
 from frictool.identify.rows.effects import DELAY, TEMPERATURE, WARMING, Hypothesis
 from frictool.identify.rows.load_terms import DIRECTION, RIPPLES, SPRING, TERMS
@@ -232,6 +232,8 @@ def search_explanations(
             best = rows.squares(used)
             out = [kept for kept in out if kept.name != declared_term(one) or kept.what != one.what]
     used, out = _certain(used, out)
+    parts = {(declared_term(one), one.what) for one in _parts_of_delay(searched, rows, waves, used)}
+    out = [one for one in out if (one.name, one.what) not in parts]
     used, kept_waves = _renumbered(used, waves, len(searched.declared_waves))
     if kept_waves != waves:
         waves, rows = kept_waves, searched.rows(kept_waves)
@@ -261,6 +263,36 @@ def _certain(
     left = [one for one in used if one.term in kept or (declared_term(one), one.what) not in unsure]
     names = {(declared_term(one), one.what) for one in left}
     return left, [one for one in explanations if (one.name, one.what) in names]
+
+
+def _parts_of_delay(
+    searched: SearchedRecords, rows: ReducedRows, waves: tuple[float, ...], used: list[Hypothesis]
+) -> list[Hypothesis]:
+    """Return the effects in `used` that only correct the first-order approximation of a delay.
+
+    With a delay d, the effort acts as u(t - d) = u - d u' + d^2/2 u'' - ... The effect `delay` is
+    the first term. The second term resembles a resonance, because most of u'' is inertia times a''.
+    Near reversals, u' lacks the jump of the friction, which resembles friction under the inertial
+    load. A lag has such parts, too. The test delays the effort by the fitted delay itself, or
+    filters it by a lag of this size. All effects but delay and measured temperature are parts of
+    the delay if the strokes are then predicted at least as well without them.
+    """
+    late = next((one for one in used if one.term == DELAY), None)
+    effects = [one for one in used if not one.is_load and one.term not in (DELAY, TEMPERATURE)]
+    if late is None or not effects:
+        return []
+    both = rows.squares(used)
+    others = [one for one in used if one not in effects]
+    time = -float(rows.fitted_to(late, [one for one in others if one is not late])[0])
+    for move in (delayed, sensed) if time > 0.0 else (delayed,):
+        moved = replace(searched, records=[move(one, time) for one in searched.records])
+        try:
+            exact = moved.rows(waves).squares(others)
+        except UnusableLogs:
+            continue
+        if exact is not None and both is not None and np.sum(exact) <= np.sum(both):
+            return effects
+    return []
 
 
 def _smoother_rows(

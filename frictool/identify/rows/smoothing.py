@@ -94,6 +94,16 @@ def measurement_noise(record: MotionRecord) -> float:
     )
 
 
+def white_noise(signal: Vector) -> float:
+    """Return the standard deviation of the white noise in a signal (n,), from second differences.
+
+    The median makes the result robust against steps of the signal.
+    """
+    if signal.size <= 2:
+        return 0.0
+    return float(np.median(np.abs(np.diff(signal, 2)))) / (0.6745 * math.sqrt(6.0))
+
+
 def acceleration_response(record: MotionRecord, window: int) -> Vector:
     """Return the impulse response (window,) from the measured signal to the acceleration.
 
