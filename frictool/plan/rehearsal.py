@@ -4,14 +4,17 @@ The half width that `identify` reports depends on the encoder, on the speed and 
 identification. Each rehearsal draws the parameters of an axis from the a-priori intervals,
 simulates the test with encoder counts, delay and noise, and records the half widths. The half width
 that `excite` states for a parameter is an upper bound from a lognormal distribution that is fitted
-to the half widths of the rehearsals.
+to the half widths of the rehearsals. The rehearsals of a test end as soon as no result of the
+remaining ones can bring this bound below the requested half width.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from types import MappingProxyType
 
 import numpy as np
 
@@ -34,6 +37,7 @@ REHEARSALS = 8
 SPREAD = 3.1
 CONFIRMED_SPREAD = 2.6  # value of SPREAD if there are at least twice REHEARSALS draws
 STREAM = 43  # index of the stream of random numbers
+NONE_BEFORE: Mapping[str, HalfWidthSample] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -42,17 +46,21 @@ class HalfWidthSample:
 
     - widths: half widths from the rehearsals that identified the parameter
     - refusals: reasons why the other rehearsals did not identify the parameter
+    - exceeded: True if the rehearsals ended because the bound exceeds the limit
     """
 
     widths: tuple[float, ...]
     refusals: tuple[str, ...]
+    exceeded: bool = False
 
     @property
     def upper(self) -> float:
         """Return the upper bound of the half width that `identify` is expected to report.
 
         The bound is infinite if a rehearsal did not identify the parameter. If the rehearsals ended
-        early, the largest half width is returned in place of a bound.
+        early because of a single half width, the largest half width is returned in place of a
+        bound. If they ended early because of the bound, the bound of fewer half widths is returned,
+        which is also above the limit.
         """
         return self._bound(CONFIRMED_SPREAD if len(self.widths) >= 2 * REHEARSALS else SPREAD)
 
@@ -64,7 +72,7 @@ class HalfWidthSample:
     def _bound(self, spread: float) -> float:
         if self.refusals or not self.widths:
             return math.inf
-        if len(self.widths) < REHEARSALS:
+        if len(self.widths) < REHEARSALS and not self.exceeded:
             return max(self.widths)
         logarithms = np.log(self.widths)
         bound = float(np.exp(logarithms.mean() + spread * logarithms.std(ddof=1)))
@@ -72,7 +80,31 @@ class HalfWidthSample:
 
     def joined(self, other: HalfWidthSample) -> HalfWidthSample:
         """Return one sample with the half widths of both samples."""
-        return HalfWidthSample(self.widths + other.widths, self.refusals + other.refusals)
+        return HalfWidthSample(
+            self.widths + other.widths,
+            self.refusals + other.refusals,
+            self.exceeded or other.exceeded,
+        )
+
+
+def least_bound(widths: Sequence[float], total: int) -> float:
+    """Return the least value of `likely` that further rehearsals can lead to.
+
+    `total` is the number of rehearsals in the end. The k known logarithms have the mean m and the
+    sum of squared deviations S; the r others are free. m + CONFIRMED_SPREAD s is least if these r
+    logarithms are equal, because for a given mean this makes s least. The least value is then
+
+        m + sqrt(S (CONFIRMED_SPREAD^2/(total - 1) - r/(k total)))
+
+    and there is no least value if the difference under the root is negative.
+    """
+    known = len(widths)
+    left = CONFIRMED_SPREAD**2 / (total - 1) - (total - known) / (known * total)
+    if left < 0.0:
+        return 0.0
+    logarithms = np.log(widths)
+    squares = float(np.sum((logarithms - logarithms.mean()) ** 2))
+    return math.exp(float(logarithms.mean()) + math.sqrt(squares * left))
 
 
 def rehearse(
@@ -80,13 +112,15 @@ def rehearse(
     bench: Bench,
     limits: Mapping[str, float],
     noise: float | None = None,
-    seed: int = 0,
+    seeds: Sequence[int] = (0,),
     laws: Laws | None = None,
+    before: Mapping[str, HalfWidthSample] = NONE_BEFORE,
 ) -> dict[str, HalfWidthSample]:
-    """Simulate a test REHEARSALS times, and return the half widths that `identify` reports.
+    """Simulate a test REHEARSALS times per seed; return the half widths that `identify` reports.
 
-    The rehearsals end early as soon as the half width of a parameter exceeds its limit, or a
-    parameter with a finite limit is not identified.
+    The rehearsals end early as soon as the half width of a parameter exceeds its limit, a parameter
+    with a finite limit is not identified, or no result of the remaining rehearsals can bring the
+    bound `likely` of a parameter below its limit.
 
     Parameters
     ----------
@@ -99,28 +133,39 @@ def rehearse(
     noise
         Standard deviation of the noise of the measured current or voltage, A | V; None for 0.2 % of
         the drive's limit.
-    seed
-        Seed of the random axes and of the noise.
+    seeds
+        Seeds of the random axes and of the noise.
     laws
         Friction laws of the axes in addition to their parameters, such as friction over position.
+    before
+        Half widths of earlier rehearsals of the same test with other axes. They are part of the
+        result.
 
     Returns
     -------
     dict
         Half widths of each parameter over the rehearsals, by the parameter's name.
     """
-    rows: dict[str, list[float]] = {name: [] for name in limits}
-    reasons: dict[str, list[str]] = {name: [] for name in limits}
-    for model, number in _drawn_axes(bench, seed, laws):
+    samples = {name: before.get(name, HalfWidthSample((), ())) for name in limits}
+    total = REHEARSALS * len(seeds) + max(len(one.widths) for one in samples.values())
+    for model, number in chain.from_iterable(_drawn_axes(bench, seed, laws) for seed in seeds):
         widths, refused = _rehearsed(sequence, bench, model, noise, number)
-        for name in limits:
-            if name in widths:
-                rows[name].append(widths[name])
-            else:
-                reasons[name].append(refused.get(name, "not identified"))
-        if any(widths.get(name, math.inf) > limit for name, limit in limits.items()):
+        for name, limit in limits.items():
+            sample = (
+                HalfWidthSample((widths[name],), ())
+                if name in widths
+                else HalfWidthSample((), (refused.get(name, "not identified"),))
+            )
+            joined = samples[name].joined(sample)
+            within = max(joined.widths, default=math.inf) <= limit
+            exceeded = within and least_bound(joined.widths, total) > limit
+            samples[name] = replace(joined, exceeded=exceeded)
+        if any(
+            widths.get(name, math.inf) > limit or samples[name].exceeded
+            for name, limit in limits.items()
+        ):
             break
-    return {name: HalfWidthSample(tuple(rows[name]), tuple(reasons[name])) for name in limits}
+    return samples
 
 
 def _rehearsed(

@@ -10,8 +10,9 @@ most the requested half width.
 A test is a mix of different strokes. An effect such as a delay widens the interval of a parameter
 if the mix does not separate the effect from the parameter; repeating the strokes does not help. The
 first mix that is tried is therefore robust: it separates a delay and a spring from the parameters,
-and no parameter is much less precise than the others. If longer tests are not more precise, the mix
-with the smallest Cramér-Rao bound is tried. If no mix reaches the precision within the duration of
+and no parameter is much less precise than the others. If longer tests are not more precise, or gain
+too little on the same simulated axes, the mix with the smallest Cramér-Rao bound is tried. If no
+mix reaches the precision within the duration of
 the default kind of test (`sines`), the default kind is rehearsed. If that test misses the
 precision, too, longer mixes are designed.
 """
@@ -19,8 +20,10 @@ precision, too, longer mixes are designed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.errors import NoSolutionError
@@ -40,7 +43,7 @@ from frictool.identify.excite.precision_remedies import remedies
 from frictool.identify.excite.sines import plan
 from frictool.identify.excite.stroke_candidates import worst_axis, worst_sensing
 from frictool.plan.contained_motion import ContainedDesign
-from frictool.plan.rehearsal import HalfWidthSample, rehearse
+from frictool.plan.rehearsal import NONE_BEFORE, HalfWidthSample, rehearse
 
 ROUNDS = 6  # largest number of designs of a test
 LARGEST_STEP = 2.0  # largest factor on the assumed half widths from one round to the next
@@ -49,6 +52,11 @@ RESERVE = 1.05
 LONGER = 2.0  # least duration of a test, relative to a test that missed the precision
 CONFIRMATIONS = 2  # number of repetitions of the rehearsals, each with other axes
 STALLS = 2  # number of tests that are longer, but not more precise, after which a mix is given up
+# two tests are compared if the second is LENGTHENED times longer, and if they have COMMON simulated
+# axes (one axis suffices for tests longer than the default kind, which have many strokes); a mix is
+# given up if the longest allowed test would still exceed the requested half width by the factor
+# HOPELESS
+LENGTHENED, COMMON, HOPELESS = 1.5, 3, 1.25
 NOTICEABLE = 0.9  # least ratio of two durations that are treated as equal
 SHORTER = 0.7  # ratio of reached to requested half width below which a shorter test is tried
 DEFAULT_KIND = "sines"  # kind of test in `excite` with which the designed tests are compared
@@ -63,11 +71,41 @@ class DesignRounds:
     - test: shortest test whose rehearsals reach the precision; None if no test does
     - attempt: request of the last round
     - refusal: reason why no test reaches the precision
+    - ratio: ratio of reached to requested half width in the test that `refusal` describes
     """
 
     test: PreciseTest | None
     attempt: PrecisionRequest
     refusal: str = ""
+    ratio: float = math.inf
+
+
+@dataclass(frozen=True)
+class MissedRound:
+    """Test that missed the precision: duration [s], and half widths of its rehearsals."""
+
+    duration: float
+    sample: Mapping[str, HalfWidthSample]
+
+    def extrapolated(self, earlier: MissedRound, name: str, longest: float, usual: float) -> float:
+        """Return (half width of the longest allowed test) / (half width of this test).
+
+        The squared half width is extrapolated as a + b/duration, from the median gain of the axes
+        that both rounds simulated. The result is 0, a lower bound, if this test is not LENGTHENED
+        times longer than the `earlier` one, if an axis was not identified, or if there are too few
+        such axes: fewer than COMMON, or none if the `earlier` test is longer than `usual`.
+        """
+        if self.sample[name].refusals:
+            return 0.0
+        before, after = earlier.sample[name].widths, self.sample[name].widths
+        common = min(len(before), len(after))
+        fewest = 1 if earlier.duration >= usual else COMMON
+        if common < fewest or self.duration < LENGTHENED * earlier.duration:
+            return 0.0
+        gain = float(np.median(np.log(before[:common]) - np.log(after[:common])))
+        known = 1.0 / earlier.duration - 1.0 / self.duration
+        further = 1.0 / self.duration - 1.0 / longest
+        return math.sqrt(max(1.0 - max(math.expm1(2.0 * gain), 0.0) * further / known, 0.0))
 
 
 def rehearsed_strokes(
@@ -110,14 +148,17 @@ def rehearsed_strokes(
         return trials.promised(strokes(bench, request))
     default = ContainedDesign.of(bench).test(lambda usable: default_test(usable, request))
     usual = default.sequence.duration
+    trials = replace(trials, usual=usual)
     possible = all(default.bounds[name] <= half for name, half in wanted.items())
     attempts = [replace(request, robust=robust) for robust in (True, False)]
     for longest in dict.fromkeys((min(usual, request.longest), request.longest)):
         found: list[PreciseTest] = []
+        missed: list[DesignRounds] = []
         for number, attempt in enumerate(attempts):
             if not found:
                 rounds = trials.rounds(strokes, replace(attempt, longest=longest))
                 attempts[number] = rounds.attempt
+                missed.append(rounds)
                 found += [rounds.test] if rounds.test is not None else []
         shorter = any(one.sequence.duration <= usual for one in found)
         if longest == usual and possible and not shorter:
@@ -126,7 +167,7 @@ def rehearsed_strokes(
                 return _promising(default, reached)
         if found:
             return found[0]
-    raise NoSolutionError(rounds.refusal)
+    raise NoSolutionError(min(reversed(missed), key=lambda one: one.ratio).refusal)
 
 
 def rehearsed_ramps(
@@ -180,21 +221,26 @@ class RehearsedTests:
     - request: requested precision
     - wanted: requested half width of each parameter in SI units
     - progress: function that is called with a label before each round of rehearsals
+    - usual: duration of the default kind of test, s; inf if it is unknown
     """
 
     bench: Bench
     request: PrecisionRequest
     wanted: Mapping[str, float]
     progress: Progress
+    usual: float = math.inf
 
     def rounds(self, design: Design, attempt: PrecisionRequest) -> DesignRounds:
         """Try at most ROUNDS tests; return the shortest test whose rehearsals reach the precision.
 
         `attempt` is the request of the first round. If a test misses the precision, the next test
-        is longer, else shorter. The rounds end after STALLS longer tests that are not more precise.
+        is longer, else shorter. The rounds end after STALLS longer tests that are not more precise,
+        or if the longest allowed test would not be precise enough (`MissedRound.extrapolated`). The
+        refusal describes the most precise test.
         """
         last: PreciseTest | None = None
         kept: PreciseTest | None = None
+        missed: MissedRound | None = None
         refusal = ""
         least = math.inf
         stalled = 0
@@ -216,20 +262,41 @@ class RehearsedTests:
             else:
                 if kept is not None:
                     break
-                refusal = _shortfall(self.bench, attempt, test, sample, self.wanted)
                 stalled = stalled + 1 if ratio >= least else 0
-                if stalled == STALLS or test.sequence.duration >= NOTICEABLE * attempt.longest:
-                    break
+                this = MissedRound(test.sequence.duration, sample)
+                hopeless = missed is not None and self._gains_too_little(
+                    missed, this, reached, attempt.longest
+                )
+                missed = this
+                if ratio < least or not refusal:
+                    refusal = _shortfall(self.bench, attempt, test, sample, self.wanted)
                 least = min(ratio, least)
+                if (
+                    hopeless
+                    or stalled == STALLS
+                    or test.sequence.duration >= NOTICEABLE * attempt.longest
+                ):
+                    break
+                # a bound of few half widths that all keep the limit says little about the next step
+                spread = all(reached[k] <= self.wanted[k] or sample[k].exceeded for k in reached)
+                largest = math.sqrt(LONGER) if spread else LARGEST_STEP
                 factors = {
                     name: attempt.factor(name)
-                    * min(max(RESERVE * (ratio if attempt.robust else one), 1.0), LARGEST_STEP)
+                    * min(max(RESERVE * (ratio if attempt.robust else one), 1.0), largest)
                     for name, half in self.wanted.items()
                     for one in [reached[name] / half]
                 }
             last = test
             attempt = replace(attempt, factors=factors)
-        return DesignRounds(kept, attempt, refusal)
+        return DesignRounds(kept, attempt, refusal, least)
+
+    def _gains_too_little(
+        self, earlier: MissedRound, this: MissedRound, reached: Mapping[str, float], longest: float
+    ) -> bool:
+        return any(
+            this.extrapolated(earlier, name, longest, self.usual) * reached[name] / half > HOPELESS
+            for name, half in self.wanted.items()
+        )
 
     def rehearsed(
         self, test: PreciseTest, label: str, screened: bool = True
@@ -242,12 +309,14 @@ class RehearsedTests:
         self.progress(f"simulating a test of {test.sequence.duration:.3g} s ({label})")
         free = self.request.duration is not None
         limits = {name: math.inf if free else half for name, half in self.wanted.items()}
-        sample = self._sample(test, limits, self.request.seed)
-        if not screened or all(one.likely <= limits[name] for name, one in sample.items()):
-            # the choice of the test depends on this sample and biases it; further axes are drawn
-            for number in range(1, CONFIRMATIONS + 1):
-                again = self._sample(test, limits, self.request.seed + number)
-                sample = {name: one.joined(again[name]) for name, one in sample.items()}
+        first, *others = range(self.request.seed, self.request.seed + 1 + CONFIRMATIONS)
+        if not screened:
+            sample = self._sample(test, limits, (first, *others))
+        else:
+            sample = self._sample(test, limits, (first,))
+            if all(one.likely <= limits[name] for name, one in sample.items()):
+                # the choice of the test depends on this sample and biases it; other axes are drawn
+                sample = self._sample(test, limits, others, sample)
         return {name: one.upper for name, one in sample.items()}, sample
 
     def promised(self, test: PreciseTest) -> PreciseTest:
@@ -259,10 +328,16 @@ class RehearsedTests:
         return max(reached[name] / half for name, half in self.wanted.items())
 
     def _sample(
-        self, test: PreciseTest, limits: Mapping[str, float], seed: int
+        self,
+        test: PreciseTest,
+        limits: Mapping[str, float],
+        seeds: Sequence[int],
+        before: Mapping[str, HalfWidthSample] = NONE_BEFORE,
     ) -> dict[str, HalfWidthSample]:
         request = self.request
-        return rehearse(test.sequence, self.bench, limits, request.noise, seed, request.laws)
+        return rehearse(
+            test.sequence, self.bench, limits, request.noise, seeds, request.laws, before
+        )
 
 
 def _next_test(

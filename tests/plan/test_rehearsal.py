@@ -25,10 +25,18 @@ from frictool.identify.excite.precise_strokes import (
     precise_strokes,
 )
 from frictool.plan import rehearsed_test
-from frictool.plan.rehearsal import REHEARSALS, HalfWidthSample, rehearse
+from frictool.plan.rehearsal import (
+    CONFIRMED_SPREAD,
+    REHEARSALS,
+    HalfWidthSample,
+    least_bound,
+    rehearse,
+)
 from frictool.plan.rehearsed_test import (
+    COMMON,
     CONFIRMATIONS,
     DEFAULT_KIND,
+    HOPELESS,
     LONGER,
     NOTICEABLE,
     SHORTER,
@@ -65,6 +73,50 @@ def test_upper_bound_holds_97_of_100_in_nine_of_ten_samples() -> None:
     assert np.mean(np.array(covered) >= 0.97) == pytest.approx(0.9, abs=0.03)
 
 
+@pytest.mark.parametrize("total", [REHEARSALS, 3 * REHEARSALS])
+def test_no_further_half_widths_give_less_than_the_least_bound(total: int) -> None:
+    """m + c s over all half widths is least if the free logarithms are equal."""
+    generator = np.random.default_rng(7)
+    for known in range(3, total + 1):
+        widths = np.exp(0.4 * generator.standard_normal(known))
+        least = least_bound(widths.tolist(), total)
+        logarithms = np.log(widths)
+        bounds = []
+        for common in np.linspace(-3.0, 1.0, 4001):
+            whole = np.append(logarithms, np.full(total - known, common))
+            bounds.append(whole.mean() + CONFIRMED_SPREAD * whole.std(ddof=1))
+        assert math.log(least) == pytest.approx(min(bounds), abs=1e-5)
+        for _ in range(50):
+            whole = np.append(logarithms, 0.4 * generator.standard_normal(total - known) - 0.2)
+            bound = whole.mean() + CONFIRMED_SPREAD * whole.std(ddof=1)
+            assert bound >= math.log(least) - 1e-12
+
+
+def test_rehearsals_end_when_no_further_half_width_can_keep_the_limit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All half widths keep the limit of 1, but they differ so much that their bound does not."""
+    bench = rig("belt")
+    widths = [0.95, 0.3, 0.9, 0.25, 0.8, 0.9, 0.7, 0.9]
+    played: list[float] = []
+
+    def rehearsed(*_: Any) -> tuple[dict[str, float], dict[str, str]]:
+        played.append(widths[len(played)])
+        return {"inertia": played[-1]}, {}
+
+    monkeypatch.setattr("frictool.plan.rehearsal._rehearsed", rehearsed)
+    sequence = precise_strokes(bench, PrecisionRequest(WANTED)).sequence
+    sample = rehearse(sequence, bench, {"inertia": 1.0})["inertia"]
+    assert 2 <= len(sample.widths) < REHEARSALS
+    assert sample.exceeded
+    assert sample.upper > 1.0
+    assert HalfWidthSample(tuple(widths), ()).likely > 1.0
+    played.clear()
+    every = rehearse(sequence, bench, {"inertia": math.inf})["inertia"]
+    assert every.widths == tuple(widths)
+    assert not every.exceeded
+
+
 def test_a_refused_parameter_has_no_bound() -> None:
     assert HalfWidthSample((1.0, 1.0), ("no motion",)).upper == math.inf
     assert HalfWidthSample((), ("no motion",)).upper == math.inf
@@ -95,7 +147,7 @@ def test_the_best_test_of_a_duration_promises_what_its_rehearsals_reach(
     test = rehearsed_strokes(bench, PrecisionRequest(WANTED, duration=4.0))
     assert test.sequence.duration == pytest.approx(4.0, rel=0.05)
     first, *others = (
-        rehearse(test.sequence, bench, dict.fromkeys(WANTED, math.inf), seed=seed)
+        rehearse(test.sequence, bench, dict.fromkeys(WANTED, math.inf), seeds=(seed,))
         for seed in range(1 + CONFIRMATIONS)
     )
     for other in others:
@@ -210,6 +262,54 @@ def test_rounds_double_the_duration_and_end_at_a_half_width_that_does_not_decrea
     assert len(durations) == 1 + STALLS
     for before, after in itertools.pairwise(durations):
         assert after > 1.5 * before  # whole strokes come near the factor LONGER
+
+
+@pytest.mark.parametrize("floor", [1.1 * HOPELESS, 0.5])
+def test_rounds_end_if_the_same_axes_gain_too_little_from_a_longer_test(
+    floor: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Squared half widths a + b/T on every axis: the longest test has nearly the half width a."""
+    bench = rig("belt")
+    durations: list[float] = []
+
+    def by_duration(*arguments: Any) -> dict[str, HalfWidthSample]:
+        durations.append(arguments[0].duration)
+        share = math.sqrt(floor**2 + 1.5 * durations[0] / durations[-1])
+        widths = {name: (share * limit,) * COMMON for name, limit in arguments[2].items()}
+        return {name: HalfWidthSample(one, ()) for name, one in widths.items()}
+
+    monkeypatch.setattr(rehearsed_test, "rehearse", by_duration)
+    monkeypatch.setattr(rehearsed_test, "remedies", lambda *_: [])
+    request = PrecisionRequest(WANTED)
+    half_widths = {name: part * bench_value(bench, name) for name, part in WANTED.items()}
+    trials = RehearsedTests(bench, request, half_widths, lambda step: None)
+    rounds = trials.rounds(precise_strokes, request)
+    if floor > HOPELESS:
+        assert rounds.test is None
+        assert len(durations) == 2
+        assert f"a test of {durations[1]:.3g} s fails in simulations" in rounds.refusal
+    else:
+        assert rounds.test is not None
+
+
+def test_the_refusal_describes_the_most_precise_test(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = rig("belt")
+    shares = [1.5, 1.2, 1.7, 1.6, 1.4]
+    durations: list[float] = []
+
+    def varying(*arguments: Any) -> dict[str, HalfWidthSample]:
+        durations.append(arguments[0].duration)
+        share = shares[len(durations) - 1]
+        return {name: HalfWidthSample((share * limit,), ()) for name, limit in arguments[2].items()}
+
+    monkeypatch.setattr(rehearsed_test, "rehearse", varying)
+    monkeypatch.setattr(rehearsed_test, "remedies", lambda *_: [])
+    request = PrecisionRequest(WANTED)
+    half_widths = {name: part * bench_value(bench, name) for name, part in WANTED.items()}
+    trials = RehearsedTests(bench, request, half_widths, lambda step: None)
+    rounds = trials.rounds(precise_strokes, request)
+    assert f"a test of {durations[1]:.3g} s fails in simulations: inertia 2.4 %" in rounds.refusal
+    assert rounds.ratio == pytest.approx(1.2)
 
 
 def test_a_precise_test_is_shortened_while_rehearsals_keep_the_precision(
