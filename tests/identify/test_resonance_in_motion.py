@@ -9,13 +9,21 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 import scipy
 
 from frictool.adapters.two_inertias import two_inertias
 from frictool.documents.resonances import Ringing
-from frictool.identify.measurement.resonance_in_motion import resonance_in_motion
+from frictool.identify.measurement import resonance_in_motion as resonance_in_motion_module
+from frictool.identify.measurement.resonance_in_motion import (
+    Spectra,
+    _oscillation,
+    _Peak,
+    _Response,
+    resonance_in_motion,
+)
 from frictool.identify.motion_record import MotionRecord, make_record
 
 PERIOD, SAMPLES = 0.002, 12000  # s
@@ -85,6 +93,36 @@ def test_records_without_excitation_do_not_hide_the_resonance_of_another_record(
         found = resonance_in_motion(records, MOTOR + LOAD)
         assert found is not None
         assert found.rad_s == pytest.approx(alone.rad_s, rel=0.02)
+
+
+@pytest.mark.parametrize(("around", "resonance"), [(0.15, False), (0.5, True), (0.9, True)])
+def test_a_single_tone_is_no_resonance(
+    around: float, resonance: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At constant speed, encoder counts are a tone that the controller follows.
+
+    Near the tone, effort and acceleration are independent: their coherence is that of noise.
+    """
+    response = resonance_in_motion_module._response
+
+    def of_tone(acceleration: Spectra, effort: Spectra) -> _Response:
+        found = response(acceleration, effort)
+        peak = int(np.argmax(np.abs(found.value[: found.value.size // 2])))
+        coherence = np.full(found.coherence.size, around)
+        coherence[peak - 1 : peak + 2] = 0.95
+        return found._replace(coherence=coherence)
+
+    monkeypatch.setattr(resonance_in_motion_module, "_response", of_tone)
+    found = resonance_in_motion([moving(45.0, 0.02, 2.0)], MOTOR + LOAD)
+    assert (found is not None) is resonance
+
+
+def test_the_resonance_is_written_to_a_document() -> None:
+    """Without a pair of poles near the peak, the width of the peak gives the damping."""
+    value = np.ones(200, dtype=np.complex128)
+    value[100] = 10.0
+    peak = _Peak(1024, 100, True, _Response(value, np.ones(200), np.zeros(200)), PERIOD)
+    assert msgspec.to_builtins(_oscillation(peak))["damping"] > 0.0
 
 
 def test_a_short_record_shows_none() -> None:

@@ -10,8 +10,8 @@ lengths that overlap by half. With the spectra A and U of the segments,
 The motion shows a resonance at a frequency if
 
 - |H| is the largest within the factor NEAR of the frequency
-- the coherence at the frequency is at least COHERENT; LEAST_COHERENCE suffices if the median
-  coherence within the factor NEAR is at least COHERENT
+- of the coherence at the frequency and its median within the factor NEAR, one is at least COHERENT
+  and the other at least LEAST_COHERENCE
 - |H| is at least ABOVE times 1/inertia
 - |H| is at least ABOVE times its median over each of two bands: from NEAR to FAR times the
   frequency, and from 1/FAR to 1/NEAR of it; two standard errors are added to |H| in the bands
@@ -147,13 +147,15 @@ def _repeats(response: _Response, k: int, near: slice) -> bool:
 
 
 def _coherent(response: _Response, k: int, near: slice) -> bool:
-    """Return whether acceleration and effort are coherent at the frequency index `k`.
+    """Return whether acceleration and effort are coherent at the frequency index `k` and near it.
 
     A controller may make the effort at a resonance so small that the coherence decreases there. A
-    lower coherence at `k` is therefore sufficient if most of the indices `near` are coherent.
+    lower coherence at `k` is therefore sufficient if most of the indices `near` are coherent. A
+    single tone is coherent at `k` only. Encoder counts at constant speed are such a tone: the
+    controller follows them.
     """
-    at, around = response.coherence[k], np.median(response.coherence[near])
-    return bool(at >= COHERENT or (at >= LEAST_COHERENCE and around >= COHERENT))
+    least, most = sorted((response.coherence[k], np.median(response.coherence[near])))
+    return bool(least >= LEAST_COHERENCE and most >= COHERENT)
 
 
 def _segments(record: MotionRecord, length: int) -> tuple[Spectra, Spectra]:
@@ -217,6 +219,6 @@ def _oscillation(peak: _Peak) -> Ringing:
     damping = 0.5 * first * place
     if not (1.0 / NEAR < place < NEAR and 0.0 < damping < LARGEST_DAMPING):
         wide = np.count_nonzero(np.abs(h) >= 0.5**0.5)
-        place, damping = 1.0, min(0.5 * wide / k, LARGEST_DAMPING)
+        place, damping = 1.0, min(0.5 * float(wide) / k, LARGEST_DAMPING)
     rate = k * unit * place
     return Ringing(rate, damping, (rate - 2.0 * unit, rate + 2.0 * unit), True)
