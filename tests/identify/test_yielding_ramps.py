@@ -67,6 +67,22 @@ def test_a_count_by_which_the_drive_train_yields_is_no_onset(tmp_path: Path, see
     assert found.interval.value == pytest.approx(axis.breakaway, rel=0.05)
 
 
+@pytest.mark.parametrize("seed", FEW)
+def test_noise_of_the_effort_hides_no_yielding(tmp_path: Path, seed: int) -> None:
+    """A measured current has noise; the onsets are those of the effort without noise."""
+    axis, ramps = random_rig(seed, "none")
+    ramps = ramps._replace(counts=max(ramps.counts, 12))
+    clean = log_of(axis, *compliant_axis.play(axis, ramps, SAMPLES, seed, 5.0, 0.0))
+    noise = np.random.default_rng(seed).normal(0.0, 0.06 * axis.breakaway, SAMPLES)
+    noisy = replace(clean, effort=clean.effort + noise)
+    bench = mass_bench(tmp_path)
+    expected, found = (len(find_onsets(log, bench, known(axis))) for log in (clean, noisy))
+    assert 5 <= 0.75 * expected <= found <= expected
+    level = breakaway([noisy], bench, known(axis), 0.95).interval
+    assert level.low <= axis.breakaway <= level.high
+    assert level.value == pytest.approx(axis.breakaway, rel=0.05)
+
+
 @pytest.mark.parametrize("seeds", [2, pytest.param(6, marks=pytest.mark.accept)])
 @pytest.mark.parametrize("fall", ["fast", "mid", "slow"])
 def test_friction_may_fall_slowly_behind_a_drive_train_that_yields(

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import bisect
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -40,6 +41,7 @@ from frictool.logs.quality.ramps import (
     ramps_among,
     resting_time,
     rests_of,
+    straightness,
     without_flicker,
 )
 from frictool.plant.weak_form import effort_weights
@@ -57,6 +59,10 @@ LEAST_CHANGE = float(np.finfo(np.float64).tiny) ** 0.5  # N m | N; squares of le
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its rise during the rest
 # the ramp has ended if the effort is below the line by more than this many standard deviations
 LEFT_THE_RAMP = 5.0
+# numbers of changes after the first one up to which a ramp is fitted if noise hides its rise
+FURTHER = (0, 1, 3, 7, 15, 31)
+CLEARLY = 4.0  # least difference of a mean effort that noise does not explain, in standard errors
+MEDIAN = 0.6745  # median of |x| of a normal distribution with the standard deviation 1
 # a motion of at least ADVANCED counts has returned if the axis moves back by more than the fraction
 # RETURNED of the motion, and if the opposite effort stays below OPPOSED times the effort at the
 # onset; a yielding drive train moves back by less
@@ -206,18 +212,19 @@ def _later(
     """
     end = changes[k]
     middle = start + (end - start) // 2
-    first, second, after = (
-        float(np.mean(record.effort[part]))
-        for part in (slice(start, middle), slice(middle, end), slice(end, changes[k + 1]))
-    )
-    if (second - first) * (after - second) <= 0.0:  # most logs: the effort does not keep rising
+    parts = (slice(start, middle), slice(middle, end), slice(end, changes[k + 1]))
+    first, second, after = (float(np.mean(record.effort[part])) for part in parts)
+    error = _noise(record) / math.sqrt(changes[k + 1] - end)
+    rises = (second - first) * (after - second) > 0.0
+    if not rises and abs(after - second) > CLEARLY * error:  # most logs
         return k
-    line = _line(record, start, end)
-    if heaviest.inertia <= 0.0 or line is None or line.tolerance >= line.rise:
+    ramp = _visible_ramp(record, start, changes, k) if heaviest.inertia > 0.0 else None
+    if ramp is None:
         return k
+    line, zero = ramp
     until = int(np.searchsorted(record.piece, record.piece[end - 1], side="right"))
     until = min(max(2 * end - start, changes[k + 1]), until)
-    left = np.flatnonzero(line.left(record, end, until))
+    left = np.flatnonzero(line.left(record, zero, end, until))
     until = end + int(left[0]) if left.size else until
     moved = line.direction * (record.position[end:until] - record.position[end - 1])
     back = np.flatnonzero(moved < 0.5 * record.resolution)
@@ -231,6 +238,39 @@ def _later(
         if travel(duration, 0.0, line.rate, heaviest.inertia, heaviest.viscous) > record.resolution:
             return j + 1
     return k
+
+
+def _visible_ramp(
+    record: MotionRecord, start: int, changes: Sequence[int], k: int
+) -> tuple[_Line, int] | None:
+    """Return the line of the effort since the sample `start`, and the sample of its time 0.
+
+    The line ends at change k, or at the first later change at which noise does not hide the rise of
+    the effort. Return None if there is no such change before the effort stops rising.
+    """
+    for further in FURTHER:
+        end = changes[min(k + further, len(changes) - 1)]
+        if end == record.position.size:
+            return None
+        if further:
+            quarters = [float(np.mean(one)) for one in np.array_split(record.effort[start:end], 4)]
+            steps = np.sign(np.diff(quarters))
+            if record.piece[start] != record.piece[end - 1] or abs(np.sum(steps)) != steps.size:
+                return None
+        line = _line(record, start, end)
+        if line is not None and line.tolerance < line.rise:
+            return line, end
+    return None
+
+
+@once_per_record
+def _noise(record: MotionRecord) -> float:
+    """Return the standard deviation of white noise of the effort, N m | N.
+
+    The median makes the result independent of the few samples at which a ramp ends.
+    """
+    steps = np.abs(np.diff(record.effort))
+    return float(np.median(steps)) / (MEDIAN * math.sqrt(2.0)) if steps.size else 0.0
 
 
 def returning_share(record: MotionRecord, bench: Bench) -> float:
@@ -324,7 +364,7 @@ def _onset(
         return None
     changed = np.flatnonzero(np.diff(seen, prepend=0.0) > 0.5 * record.resolution)[:CHANGES_USED]
     after = record.time[end:until] - record.time[end]
-    below = line.left(record, end, until)
+    below = line.left(record, end, end, until)
     left = np.flatnonzero(below)
     changed = changed[: max(1, int(np.searchsorted(changed, left[0])))] if left.size else changed
     before = np.where(changed > 0, seen[changed - 1], 0.0)
@@ -366,9 +406,12 @@ class _Line(NamedTuple):
         """Return the largest allowed distance of the effort below the line, N m | N."""
         return LEFT_THE_RAMP * max(self.noise, RELATIVE_NOISE * self.rise)
 
-    def left(self, record: MotionRecord, end: int, until: int) -> NDArray[np.bool_]:
-        """Return a mask of the samples `end` to `until`: True if the effort is below the line."""
-        after = record.time[end:until] - record.time[end]
+    def left(self, record: MotionRecord, zero: int, end: int, until: int) -> NDArray[np.bool_]:
+        """Return, for each sample from `end` to `until`, whether the effort is below the line.
+
+        zero: sample of time 0.
+        """
+        after = record.time[end:until] - record.time[zero]
         expected = self.level + self.rate * after
         below = self.direction * record.effort[end:until] - expected
         return np.asarray(below < -self.tolerance, dtype=np.bool_)
@@ -383,7 +426,7 @@ def _line(record: MotionRecord, start: int, end: int) -> _Line | None:
     time = record.time[first:end] - record.time[end]
     effort = record.effort[first:end]
     constant = float(np.ptp(effort)) <= LEAST_CHANGE
-    if constant or np.corrcoef(time, effort)[0, 1] ** 2 < STRAIGHT:
+    if constant or straightness(effort) < STRAIGHT:
         return None
     rate, level = np.polyfit(time, effort, 1)
     direction = float(np.sign(rate))

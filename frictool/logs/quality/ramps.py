@@ -23,6 +23,7 @@ from frictool.typing import Vector
 
 REST = 30  # least number of samples of a rest: enough to fit a line to the drive
 STRAIGHT = 0.8  # least squared correlation of drive and time in the second half of a rest
+BLOCKS = 32  # least number of means from which this correlation is computed; fewer for few samples
 # least rise in the second half of a rest, relative to the drive at the start of the motion; a ramp
 # from 0 has 0.5
 RISE = 0.25
@@ -128,7 +129,19 @@ def _line(drive: Vector) -> tuple[float, float, float]:
         return float(half[-1]), 0.0, 0.0
     steps = np.arange(half.size) - half.size
     slope, level = np.polyfit(steps, half, 1)
-    return float(level), float(slope * half.size), float(np.corrcoef(steps, half)[0, 1] ** 2)
+    return float(level), float(slope * half.size), straightness(half)
+
+
+def straightness(drive: Vector) -> float:
+    """Return the squared correlation of a drive (n,) with time, from BLOCKS means or more.
+
+    The means contain less white noise than the samples, but rise as much.
+    """
+    size = max(1, drive.size // BLOCKS)
+    means = drive[drive.size % size :].reshape(-1, size).mean(axis=1)
+    if np.ptp(means) == 0.0:
+        return 0.0
+    return float(np.corrcoef(np.arange(means.size), means)[0, 1] ** 2)
 
 
 def _zero(level: Vector, direction: Vector) -> float:
