@@ -12,7 +12,7 @@ from frictool.adapters.temperature_factors import temperature_factors
 from frictool.documents.laws import FrictionOverTemperature, Load, TotalLoad
 from frictool.documents.measurement import MEASURED
 from frictool.documents.model import Model
-from frictool.documents.quantity import Estimate, si_unit
+from frictool.documents.quantity import Estimate, Span, si_unit
 from frictool.identify.absolute_intervals import parameter_intervals
 from frictool.identify.breakaway.rate_table import rate_lines
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
@@ -71,7 +71,8 @@ def law_lines(model: Model) -> list[str]:
     if laws.load is not None:
         lines.append(f"load in addition to friction: {load_line(laws.load)}")
         if laws.load.total is not None:
-            lines.append(total_line(laws.load.total))
+            known = model.logged_positions if laws.load.stiffness is not None else None
+            lines.append(total_line(laws.load.total, known))
     if laws.position is not None and today.coulomb.value > 0.0:
         lines.append(
             "breakaway relative to friction in slip: "
@@ -129,18 +130,27 @@ def load_line(load: Load) -> str:
     return ", ".join(parts)
 
 
-def total_line(total: TotalLoad) -> str:
-    """Return the range of offset and load over the position as text."""
+def total_line(total: TotalLoad, known: Span | None = None) -> str:
+    """Return the range of offset and load over the position as text.
+
+    known: positions of the logs, if the load beyond them may differ; else None
+    """
     over = (
         "at all positions"
         if total.over is None
         else (f"from {total.over.low:.4g} to {total.over.high:.4g} {total.over.unit}")
     )
     least, largest = total.least, total.largest
+    beyond = ""
+    if known and total.over and (known.low > total.over.low or known.high < total.over.high):
+        beyond = (
+            f", if the spring outside the logs ({known.low:.4g} to {known.high:.4g} {known.unit}) "
+            "is the same"
+        )
     return (
         f"offset and load together, {over}: {least.value:.4g} to {largest.value:.4g} {least.unit}, "
         f"within [{least.low:.4g}, {largest.high:.4g}]; uncertainty at most "
-        f"{total.error.value:.3g} at any position"
+        f"{total.error.value:.3g} at any position{beyond}"
     )
 
 

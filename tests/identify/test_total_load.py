@@ -9,6 +9,7 @@ import pytest
 from frictool.documents.quantity import Span
 from frictool.identify.fit_warnings import extrapolated_spring_warnings, logged_positions
 from frictool.identify.methods import IdentificationSettings, run
+from frictool.identify.text_view import total_line
 from frictool.identify.total_load import total_load
 from frictool.synth.load_disturbance import amplitude
 from tests.support.loaded_axis import loaded_axis
@@ -55,3 +56,7 @@ def test_a_spring_needs_a_travel_and_is_extrapolated_beyond_the_motion_with_a_wa
         mechanics = msgspec.structs.replace(axis.bench.mechanics, travel=travel)
         bench = msgspec.structs.replace(axis.bench, mechanics=mechanics)
         assert bool(extrapolated_spring_warnings(fit, logged, bench)) is warned
+        total = total_load(fit, fit.parameters["offset"], [axis.record], bench, CONFIDENCE)
+        assert total is not None
+        assert "if the spring outside the logs (" in total_line(total, logged)
+        assert total_line(total, travel).endswith("at any position")
