@@ -25,13 +25,13 @@ HELP = f"""\b
 Example:
   eval "$(frictool completion bash)"
 
-Print the script that completes frictool in a shell: commands, options, choices and file names. The
-example completes in the current shell. For every new shell, run once:
+Print the script with which a shell completes commands, options, choices and file names of frictool.
+The example changes the current shell only. For every new shell, run once:
 
 \b
 {chr(10).join(f"  {shell:<6}{line}" for shell, line in INSTALL.items())}
 
-bash must be 4.4 or later; zsh needs compinit before this line.
+bash must be 4.4 or later. In ~/.zshrc, compinit must run before this line.
 """
 
 

@@ -275,7 +275,8 @@ def _check_options(
         )
     if design is None and no_play:
         raise click.UsageError(
-            "a search simulates its candidates: leave out --no-play, or give --design."
+            "without --design, a search simulates its candidates; leave out --no-play, or give "
+            "--design."
         )
     if no_play and scenario is not None:
         raise click.UsageError("--scenario has no effect with --no-play; leave out one of them.")

@@ -601,12 +601,12 @@ class Controller(
         cascade = self.structure == "speed_cascade"
         if cascade != (self.position_law is not None):
             raise ValueError(
-                "position_law: required with structure speed_cascade, not allowed with structure "
-                "position"
+                "position_law: required with `structure: speed_cascade`, not allowed with "
+                "`structure: position`"
             )
         if cascade and self.limiter is not None:
             raise ValueError(
-                "`limiter` belongs to structure position; in a cascade use position_law.action"
+                "`limiter` belongs to `structure: position`; in a cascade use position_law.action"
             )
         if self.profile is not None and self.prefilter is not None:
             raise ValueError("`profile` replaces `prefilter`; remove one of them")

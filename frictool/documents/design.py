@@ -183,10 +183,10 @@ class Design(
                 raise ValueError(f"structure: missing; allowed: {', '.join(get_args(Structure))}")
             msgspec.structs.force_setattr(self, "structure", METHODS[self.method].structures[0])
         if self.structure == "speed_cascade" and self.position_law is None and not searched:
-            raise ValueError("structure speed_cascade needs a position_law")
+            raise ValueError("`structure: speed_cascade` needs `position_law`")
         if self.structure == "position" and self.position_law is not None:
             raise ValueError(
-                "remove position_law: in structure position, the linear controller takes "
+                "remove position_law: with `structure: position`, the linear controller takes "
                 "the position error"
             )
         if self.prewarp_rad_s is not None and self.domain == "discrete":
@@ -205,8 +205,8 @@ class Design(
             raise ValueError(f"method {self.method} belongs to structure {', '.join(structures)}")
         if self.structure == "speed_cascade" and self.integrator:
             raise ValueError(
-                "`integrator` belongs to structure position; in a cascade the linear controller "
-                "already receives the integral of the speed error"
+                "`integrator` belongs to `structure: position`; in a cascade the linear "
+                "controller already receives the integral of the speed error"
             )
         METHODS[self.method].check(self)
         self._blocks()
@@ -237,7 +237,7 @@ class Design(
         law, limiter, compensation = self.position_law, self.limiter, self.friction_compensation
         if limiter is not None and self.structure != "position":
             raise ValueError(
-                "`limiter` belongs to structure position; in a cascade use position_law.action"
+                "`limiter` belongs to `structure: position`; in a cascade use position_law.action"
             )
         waits = [
             name
@@ -246,8 +246,8 @@ class Design(
         ]
         if waits and not self.filters_reference:
             raise ValueError(
-                f"{waits[0]}.settled_speed is a speed of the prefilter; add `prefilter` "
-                "or `profile`, or remove this key"
+                f"{waits[0]}.settled_speed needs a filtered reference, but there is no "
+                "`prefilter` and no `profile`; add one of them, or remove settled_speed"
             )
         self._tracking_blocks()
         if (

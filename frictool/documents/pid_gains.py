@@ -33,7 +33,7 @@ class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
 
     def __post_init__(self) -> None:
         if (self.gain is None) == (self.speed_gain is None):
-            raise ValueError("give `gain` for a position loop, or speed_gain for a speed loop")
+            raise ValueError("give `gain` for a position loop, or `speed_gain` for a speed loop")
         if (self.derivative_time_s is None) != (self.filter_ratio is None):
             raise ValueError(
                 "derivative_time_s and filter_ratio go together: a derivative without "
@@ -51,8 +51,8 @@ def check_gains(design: Design) -> None:
         raise ValueError("`method: pid` needs the key `pid` with the gains")
     if (design.structure == "position") != (design.pid.gain is not None):
         raise ValueError(
-            "pid: structure position takes `gain` (effort per position); structure "
-            "speed_cascade takes speed_gain (effort per speed)"
+            "pid: `structure: position` takes `gain` (effort per position); `structure: "
+            "speed_cascade` takes `speed_gain` (effort per speed)"
         )
     if design.structure == "speed_cascade" and design.weights != Weights():
         raise ValueError(

@@ -92,7 +92,7 @@ def _rate(slip: _Slip, t: float, x: float, v: float, q: float) -> float:
 
 @bare_kernel
 def fill_row(row: Vector, k: tuple[float, float, float, float, float, float, float]) -> None:
-    """Copy the derivatives k of one variable at the seven stages of a step to `row` (7,)."""
+    """Copy the seven derivatives k, one for each stage of a step, to `row` (7,)."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = k
 
 

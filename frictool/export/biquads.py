@@ -53,7 +53,10 @@ class Biquads:
     noise: float
 
     def sections(self, number: Number) -> tuple[Row, ...]:
-        """Return b0 b1 b2 a0 a1 a2 of the rounded stages, for input and output in their units."""
+        """Return (b0, b1, b2, a0, a1, a2) of each rounded stage.
+
+        The stages in series have input and output in their units, not as fractions of full range.
+        """
         unit = 1.0 if number == "float" else math.ldexp(1.0, self.post_shift - BITS[number])
         rows = [[unit * value for value in stage] for stage in self.stages]
         rows[-1][:3] = [value * self.output_scale / self.input_scale for value in rows[-1][:3]]

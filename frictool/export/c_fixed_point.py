@@ -64,7 +64,10 @@ class FixedNumbers:
         return _integer(self.scaled.constants[node.index])
 
     def parameter(self, name: str) -> str:
-        """Return the name of the C parameter of an input, before the input is bounded."""
+        """Return the parameter name of the input `name` in the C step function.
+
+        `name` itself is the C variable with the bounded input.
+        """
         return f"{name}_word"
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:

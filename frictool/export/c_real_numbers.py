@@ -78,7 +78,7 @@ class RealNumbers:
         )
 
     def parameter(self, name: str) -> str:
-        """Return the C name of an input as a parameter of the generated step function."""
+        """Return the parameter name of the input `name` in the C step function."""
         return name
 
     def entering(self, node: ProgramNode, name: str) -> list[str]:

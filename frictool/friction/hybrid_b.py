@@ -95,7 +95,10 @@ def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
-    """Write the rate of z [m/s | rad/s] to out[0], 0 to all other entries; return a status code."""
+    """Write the rate of z [m/s | rad/s] to out[0]; return a status code.
+
+    All other entries of `out` are set to 0.
+    """
     out[:] = 0.0
     if mode == STUCK:
         out[0] = v

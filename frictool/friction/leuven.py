@@ -47,9 +47,9 @@ def hysteresis_force(z: Vector, p: Vector) -> float:
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write the rate of z [m/s | rad/s] to out[0] and 0 to all other entries; return a status code.
+    """Write the rate of z [m/s | rad/s] to out[0]; return a status code.
 
-    The other entries are the memory, which `commit` updates.
+    All other entries of `out` are set to 0: the rate of the memory, which `commit` updates.
     """
     slipped = presliding_rate(hysteresis_force(z, p), v, p)
     if not math.isfinite(slipped):

@@ -24,9 +24,10 @@ Z, MEMORY = 0, 1
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write the rate of z [m/s | rad/s] to out[0] and 0 to all other entries; return a status code.
+    """Write the rate of z [m/s | rad/s] to out[0]; return a status code.
 
-    The memory of the turning points is not changed; `commit` updates it.
+    All other entries of `out` are set to 0: the rate of the memory of the turning points, which
+    `commit` updates.
     """
     slipped = presliding_rate(masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT]), v, p)
     if not math.isfinite(slipped):

@@ -331,7 +331,11 @@ class _KinkSearch:
         return LoadKink(knot, margin, *change, self.above(knot), share)
 
     def _change(self, rows: ReducedRows, knot: float) -> tuple[float, float, float] | None:
-        """Return (jump, bend, rise) if all are large and similar in both directions, else None."""
+        """Return (jump, bend, rise) of the load at `knot`, as in `LoadKink`, or None.
+
+        The result is None if the change of the load is small or uncertain, or if it differs between
+        the directions of motion.
+        """
         both = _intervals(rows, self.shape, self.confidence)
         least = LEAST_CHANGE * abs(both["coulomb"].value)
         if self.shape is CONTACT:

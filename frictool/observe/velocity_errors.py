@@ -113,9 +113,9 @@ class VelocityErrors:
         )
 
     def _compare(self, last: bool) -> None:
-        """Add the errors of pending samples that have enough later samples.
+        """Add the errors of the pending samples, except those of the last `overlap` samples.
 
-        If `last` is True, the errors of all pending samples are added.
+        If `last` is True, add the errors of all pending samples.
         """
         pending = self.pending
         if not pending.position:

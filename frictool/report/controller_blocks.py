@@ -152,16 +152,16 @@ def _linear(controller: Controller) -> str:
 
 
 def _compensation(block: FrictionCompensation) -> str:
-    part = f"{100.0 * block.gain:.3g} % of the friction"
+    part = f"adds {100.0 * block.gain:.3g} % of the friction"
     if block.source == "observer":
         return (
-            f"{part} that an observer of {number(block.observer_rad_s)} rad/s estimates, a "
+            f"{part} that an observer of {number(block.observer_rad_s)} rad/s estimates; a "
             "baseline for comparison"
         )
     tables = f", as a table of {len(block.speeds)} speeds" if block.speeds else ""
     if block.positions:
         tables += f", with a table of {len(block.positions)} positions"
-    return f"{part} of the model{tables}, at the {block.velocity} speed, a baseline for comparison"
+    return f"{part} of the model{tables}, at the {block.velocity} speed; a baseline for comparison"
 
 
 def _limiter(limiter: Limiter, unit: str) -> str:

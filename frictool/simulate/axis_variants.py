@@ -169,10 +169,12 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
     offset, and the backlash if bench.yaml states a backlash. The range of a parameter contains the
     model's interval and the range in bench.yaml.
 
-    The breakaway has a range if the model has Coulomb friction and no presliding, and
-    `breakaway_interval` returns an interval. Without this interval, the ratio of breakaway to
-    Coulomb friction has a range (`breakaway_ratio`). If the model has presliding, or states no
-    interval of the breakaway, this ratio is constant.
+    The first rule that applies gives the breakaway:
+
+    1. Without Coulomb friction, it is constant.
+    2. With presliding, its ratio to the Coulomb friction is constant.
+    3. If `breakaway_interval` returns an interval, this interval is its range.
+    4. Its ratio to the Coulomb friction has the range `breakaway_ratio`.
     """
     bench = model.bench
     nominal = nominal_levels(model)

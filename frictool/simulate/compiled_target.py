@@ -203,7 +203,8 @@ def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Prog
     if not folder.is_dir():
         raise InputFileError(
             folder,
-            (f"is not a folder; allowed: a folder of frictool export {controller} --lang c -o DIR"),
+            f"is not a folder; allowed: the folder that `frictool export {controller} --lang c -o "
+            "FOLDER` writes",
         )
     others = []
     for header in sorted(folder.glob("*.h")):

@@ -96,9 +96,10 @@ def stored_profile(
 def _least_acceleration(
     model: Model, speed: float, share: float, drive_peak: float
 ) -> tuple[float, str, str]:
-    """Return the smallest acceleration of all vertices at `speed`, its unit, and an explanation.
+    """Return an acceleration that all vertices can reach at `speed`, its unit, and an explanation.
 
-    The profile uses the fraction `share` of the drive's limit.
+    The acceleration uses the fraction `share` of the drive's limit, or of `drive_peak` if that is
+    smaller.
     """
     actuator = model.bench.actuator
     load = disturbance(model).total

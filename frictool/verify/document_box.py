@@ -57,8 +57,8 @@ def check_corners(controller: Controller) -> None:
         if _parameters(corner) not in vertices:
             words = plant_words(corner, controller.bench)
             raise NoSolutionError(
-                f"{controller.name}: not verified: the document has no vertex for a corner of the "
-                f"certificate's intervals: {words}; run frictool synth again"
+                f"{controller.name}: not verified: the certificate's intervals have a corner that "
+                f"is no vertex of the document: {words}; run frictool synth again"
             )
 
 

@@ -2,9 +2,9 @@
 
 With eta = -position, the controller C = N/A and the filter of the speed F = N_F/A_F:
 
-    C has the input eta                     drive = C eta
+    no feedback of the speed                drive = C eta
     speed from differences of positions     drive = C (F (z - 1)/(T z) + g) eta
-    measured speed                          drive = C (g eta - speed)
+    measured speed, which is not filtered   drive = C (g eta - speed)
 
 T is the sample period. g is the gain of the proportional law, or 0 if there is no such law. All
 arithmetic uses integers and fractions.

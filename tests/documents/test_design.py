@@ -121,7 +121,7 @@ CONTRADICTIONS = {
     ),
     "settled_speed without prefilter": (
         [f"position_law: {{{LAW}, settled_speed: {{value: 1, unit: rad/s}}}}"],
-        "position_law.settled_speed is a speed of the prefilter; add `prefilter`",
+        "position_law.settled_speed needs a filtered reference, but there is no `prefilter`",
     ),
     "prefilter without settled_speed": (
         [f"position_law: {{{LAW}}}", FILTER],
@@ -129,7 +129,7 @@ CONTRADICTIONS = {
     ),
     "limiter": (
         [f"position_law: {{{LAW}}}", "limiter: {condition: error}"],
-        "`limiter` belongs to structure position",
+        "`limiter` belongs to `structure: position`",
     ),
     "measured and filtered": (
         ["velocity: {source: measured, filter_rad_s: 100}"],
@@ -162,7 +162,7 @@ CONTRADICTIONS = {
     ),
     "both gains": (
         ["pid: {gain: {value: 1, unit: N m/rad}, speed_gain: {value: 1, unit: N m s/rad}}"],
-        "give `gain` for a position loop, or speed_gain",
+        "give `gain` for a position loop, or `speed_gain`",
     ),
     "derivative": (
         ["pid: {gain: {value: 1, unit: N m/rad}, derivative_time_s: 1}"],
@@ -190,7 +190,7 @@ def test_what_contradicts_itself_is_refused(tmp_path: Path, name: str) -> None:
 
 def test_a_pid_has_the_gain_of_its_structure(tmp_path: Path) -> None:
     speed = "pid: {speed_gain: {value: 1, unit: N m s/rad}, integral_time_s: 1}"
-    with pytest.raises(DocumentError, match="structure position takes `gain`"):
+    with pytest.raises(DocumentError, match="`structure: position` takes `gain`"):
         _design(tmp_path, "method: pid", speed)
     with pytest.raises(DocumentError, match="`method: pid` needs the key `pid`"):
         _design(tmp_path, "method: pid")

@@ -140,23 +140,23 @@ def test_limiters(limiter: Limiter, words: str) -> None:
     [
         (
             FrictionCompensation("model", "reference", coulomb=0.1, smoothing_speed=1.0),
-            "100 % of the friction of the model, at the reference",
+            "adds 100 % of the friction of the model, at the reference",
         ),
         (
             FrictionCompensation(
                 "model", smoothing_speed=1.0, speeds=(-1.0, 1.0), efforts=(-0.1, 0.1)
             ),
-            "100 % of the friction of the model, as a table of 2 speeds, at the measured",
+            "adds 100 % of the friction of the model, as a table of 2 speeds, at the measured",
         ),
         (
             FrictionCompensation(
                 "model", smoothing_speed=1.0, positions=(0.0, 1.0), forward=(-0.1, 0.1)
             ),
-            "100 % of the friction of the model, with a table of 2 positions, at the measured",
+            "adds 100 % of the friction of the model, with a table of 2 positions, at the measured",
         ),
         (
             FrictionCompensation("observer", observer_rad_s=50.0, inertia=1e-5, gain=0.8),
-            "80 % of the friction that an observer of 50 rad/s",
+            "adds 80 % of the friction that an observer of 50 rad/s",
         ),
     ],
 )

@@ -185,7 +185,7 @@ def test_command_plays_the_folder_and_names_its_sources(tmp_path: Path) -> None:
 @needs_compiler
 def test_what_cannot_be_run_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(
-        FrictoolError, match="is not a folder; allowed: a folder of frictool export"
+        FrictoolError, match="is not a folder; allowed: the folder that `frictool export"
     ):
         compiled_target(tmp_path / "nothing", SHA256, "controller.yaml", ("reference", "position"))
     with pytest.raises(FrictoolError, match="there is no header of frictool export"):

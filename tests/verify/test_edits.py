@@ -234,7 +234,7 @@ def test_a_controller_with_its_vertices_deleted_is_not_exported(tmp_path: Path) 
     refused(
         run("export", path, "-o", tmp_path / "c"),
         4,
-        f"the document has no vertex for a corner of the certificate's intervals: {corner}",
+        f"the certificate's intervals have a corner that is no vertex of the document: {corner}",
     )
     path.write_text(
         to_yaml(

@@ -128,7 +128,7 @@ def is_broken(
 def is_any_broken(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector, begin: Vector
 ) -> bool:
-    """Return True if any guard is passed."""
+    """Return True if any guard is passed, so that a mode ends (`is_broken`)."""
     broken = False
     for index in range(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS]):
         broken = broken or is_broken(k, p, index, y, modes, guard, begin)

@@ -13,11 +13,11 @@ searched, because the force is linear in the other parameters.
 Each log must be a stroke in one direction. At a reversal, friction changes its sign, but its
 filtered value changes slowly; the curve would then state a Coulomb friction that is far too small.
 
-All samples of a stroke are used, even samples at rest within the stroke. Samples at rest shift
-Coulomb friction towards the effort at rest. A second fit therefore uses only the samples that
-certainly slip. The reported values are those of the first fit; each reported interval contains the
-intervals of both fits. To leave out samples at rest, select the moving part of the log with `ingest
---from --to`. The intervals allow for the correlation of the residuals that the filter causes
+The first fit uses all samples of a stroke, even samples at rest. Samples at rest shift its Coulomb
+friction towards the effort at rest. A second fit uses only samples in which the axis certainly
+slips. The reported values are those of the first fit; each reported interval contains the intervals
+of both fits. To leave out samples at rest, select the moving part of the log with `ingest --from
+--to`. The intervals allow for the correlation of the residuals that the filter causes
 (`newey_west`), and for every inertia in the range in bench.yaml. The intervals do not include
 errors of the instruments' clocks.
 """

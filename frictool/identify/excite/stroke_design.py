@@ -58,9 +58,10 @@ class StrokeProgram:
     rms: float = math.inf
 
     def variances(self, times: Vector) -> Vector:
-        """Return the Cramér-Rao variances (p,) of a test with `times` (k,) repetitions.
+        """Return the Cramér-Rao variances (p,) of a test.
 
-        A variance is inf if the test does not determine the parameter.
+        `times` (k,): number of repetitions of each candidate. A variance is inf if the test does
+        not determine the parameter.
         """
         matrix = np.tensordot(times, self.information, axes=1)
         scale = np.sqrt(np.diag(matrix))
@@ -72,12 +73,18 @@ class StrokeProgram:
         return np.asarray(np.diag(np.linalg.inv(unit)) / scale**2)
 
     def worst(self, times: Vector) -> float:
-        """Return the largest ratio of a variance to its limit for the repetitions `times` (k,)."""
+        """Return the largest ratio of a variance to its limit.
+
+        `times` (k,): number of repetitions of each candidate.
+        """
         known = self.requested
         return float((self.variances(times)[known] / self.limit[known]).max())
 
     def allowed(self, times: Vector) -> bool:
-        """Return True if the rms drive signal is within its limit and there are enough strokes."""
+        """Return True if the rms drive signal is within its limit and there are enough strokes.
+
+        `times` (k,): number of repetitions of each candidate.
+        """
         total = float(times @ self.duration)
         square = float((times * self.duration) @ self.mean_square)
         moving = float(times[self.mean_square > 0.0].sum())

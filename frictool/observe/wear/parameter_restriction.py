@@ -98,8 +98,8 @@ def restriction(
 ) -> ParameterRestriction:
     """Return the map from friction and wear parameters to the coefficients of a weak-form row.
 
-    The first parameters are common to all kinds of wear: inertia, viscous friction, its asymmetry
-    and bends, the delay of the effort, and falls of the friction. The parameters of `wear` follow.
+    The first parameters are common to all kinds of wear (list at the top of this module). The
+    parameters of `wear` follow.
 
     Parameters
     ----------
