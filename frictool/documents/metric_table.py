@@ -260,7 +260,7 @@ METRICS = (
         "peak drive",
         "drive",
         "the larger of two values: the largest absolute command, if the log has one, and the "
-        "largest absolute measured drive less its noise floor",
+        "largest absolute measured drive minus its noise floor",
         compute="drive_peak.larger_peak",
         needs=("drive",),
     ),
@@ -336,7 +336,7 @@ METRICS = (
         "drive at rest",
         "drive",
         "largest absolute command after the first rest.after_s seconds of the hold; without a "
-        "command, largest absolute measured drive less its noise floor",
+        "command, largest absolute measured drive minus its noise floor",
         compute="drive_peak.rest_drive",
         needs=("rest", "drive"),
         key="rest",

@@ -55,7 +55,7 @@ def applicable_methods(
     ramps = (
         None
         if kind == "ramp"
-        else f"the log is not a ramp of the effort from rest ({kind or 'unknown'})"
+        else f"the log is not a ramp of the effort from rest (detected: {kind or 'nothing'})"
     )
     return {**out, BREAKAWAY: why or blind or ramps}
 

@@ -371,7 +371,7 @@ def _designed(
     first = f", first {narrower}," if narrower else ""
     if not refusal:
         test, advice = _validation(bench_for_test(bench, model))
-        on = f" in {steps}" if steps else ""
+        on = f", with {steps}" if steps else ""
         why = f"`synth` meets this specification for every possible plant{on}; {advice}{unseen}"
         step = PlanStep("validation", why, test, reached, left, enough=not doubt)
         if extrapolated:

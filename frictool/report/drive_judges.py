@@ -33,7 +33,7 @@ def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     requirement becomes undecided if three conditions hold: the limit is met only because of this
     subtraction, the noise may be an oscillation, and the log contains no command.
     """
-    measured = f"peak of the measured {spec.drive}, less its noise floor"
+    measured = f"peak of the measured {spec.drive}, minus its noise floor"
     peaks: list[JudgedValue] = []
     doubtful: list[JudgedValue] = []
     for item, _ in evidence:
@@ -122,7 +122,7 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     value, at = largest(d[0] for d in driven)
     _, hold, item = driven[at]
     signal = (
-        "command" if item.command is not None else f"measured {spec.drive}, less its noise floor"
+        "command" if item.command is not None else f"measured {spec.drive}, minus its noise floor"
     )
     return replace(
         still,

@@ -82,9 +82,9 @@ def accept(
     for one in rounded[: len(HELD)]:
         if not tolerates_rounding(one, worst_norm, required):
             raise NoSolutionError(
-                f"not verified: with coefficients in {one.number}, the norm is {one.gamma:.4g} "
+                f"not verified: with {one.number} coefficients, the norm is {one.gamma:.4g} "
                 f"instead of {worst_norm:.4g} and the modulus margin {one.modulus_margin:.3f} "
-                f"(specified: {required:g}); make the weights in the design more equal"
+                f"(specified: {required:g}); make the weights more equal"
             )
     return stored.Verified(
         candidate.gamma,

@@ -96,7 +96,7 @@ def test_a_matlab_file_gives_names_and_period_and_asks_for_units(tmp_path: Path)
     made = run("init", rig, "--from", log, "--axis", "linear")
     assert made.code == 0
     assert (
-        "  columns.position: fill in unit m, mm or count: 'qm' has no unit in the log, where its "
+        "  columns.position: fill in unit m, mm or count: the log states no unit of 'qm'; its "
         "steps are multiples of 2e-06\n" in made.stdout
     )
     document = rig / "bench.yaml"

@@ -118,7 +118,7 @@ def test_which_methods_a_log_can_feed():
             "least 6 in each direction, or runs in one direction only",
             "friction-force": "the log reverses, but friction-force needs a stroke in one "
             "direction; cut one stroke out (ingest --from --to), or use --method auto",
-            "breakaway": "the log is not a ramp of the effort from rest (sines)",
+            "breakaway": "the log is not a ramp of the effort from rest (detected: sines)",
         }.items()
     )
     followed = with_signals(position=fine, effort=force, reference=fine)

@@ -194,7 +194,8 @@ def test_enough_and_its_validation(logs: tuple[Log, Log]) -> None:
     step = next_step(BELT, logs, lambda _: far)
     assert step.enough
     assert step.name == "validation"
-    assert "for every possible plant in steps of 1 to 5 m; shorter steps: met; validate" in step.why
+    met = "for every possible plant, with steps of 1 to 5 m; shorter steps: met; validate"
+    assert met in step.why
     assert step.warnings[-1] == "the steps range far"
     assert step.test is not None
     assert step.test.sequence.kind == "steps"

@@ -40,7 +40,7 @@ def played_lines(
     parts += [f"{broken} broken"] if broken else []
     parts += [f"{undecided} undecided"] if undecided else []
     counted = "" if all_met(verdict) else f"; {meeting(verdict)} of {many} meet them all"
-    where = f"on {many} in {steps}" if steps else f"on {many}"
+    where = f"on {many}, with {steps}" if steps else f"on {many}"
     passed = (decided or None) if all_met(verdict) else False
     headline = f"{STATES[passed]}: {', '.join(parts)}, {where}{counted}"
     return [

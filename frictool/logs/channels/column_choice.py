@@ -374,7 +374,7 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
     values = one.values
     if _JOINT_STATE.fullmatch(one.name):
         return si_unit(dimension, axis), None
-    why = f"{one.name!r} has no unit in the log"
+    why = f"the log states no unit of {one.name!r}"
     if one.preset is not None:
         asked = f"{why}; {one.preset.why}"
         return OPEN, ColumnQuestion(channel, "unit", _candidates(dimension, axis), asked)
@@ -383,7 +383,7 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
         interval = float(np.median(steps)) if steps.size else 0.0
         if SECONDS[0] <= interval <= SECONDS[1] and TIME in quantities(one.name):
             return "s", None
-        why += f", and its steps are {interval:.6g}; if it counts samples, remove the key time"
+        why += f"; its steps are {interval:.6g}; if it counts samples, remove the key time"
     if (
         dimension == "position"
         and re.search(r"enc|count|tick", one.name.lower())
@@ -391,7 +391,7 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
     ):
         return COUNT, None
     step = encoder_step(values) if dimension == "position" else None
-    why += "" if step is None else f", where its steps are multiples of {step:.6g}"
+    why += "" if step is None else f"; its steps are multiples of {step:.6g}"
     return OPEN, ColumnQuestion(channel, "unit", _candidates(dimension, axis), why)
 
 
