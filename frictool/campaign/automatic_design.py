@@ -149,12 +149,16 @@ def design_automatically(
     tests = search_tests(test)
     search = _Search(test, tests, scales, CandidateControllers(model, spec), progress)
     searches = [search.of(family) for family in families]
+    found: AutomaticDesign | None = None
     try:
-        found = search.tolerant(search.first_found(searches), families)
+        found = search.first_found(searches)
+        found = search.tolerant(found, families)
         return found if "prefilter" in kept else search.within_top_speed(found, families)
     except KeyboardInterrupt:
-        outcomes = [one.outcome() for one in searches if one.tried]
-        raise SearchInterruptedError(AutomaticDesign(tuple(outcomes))) from None
+        if found is None:
+            outcomes = [one.outcome() for one in searches if one.tried]
+            found = AutomaticDesign(tuple(outcomes))
+        raise SearchInterruptedError(found) from None
 
 
 @dataclass(frozen=True)
@@ -184,7 +188,7 @@ class _Search:
         if outcomes[-1].passed:
             return AutomaticDesign(tuple(outcomes))
         self.progress("search: nearest candidates, with all plants")
-        examination = CandidateExamination(self.test, self.tests, self.controllers)
+        examination = CandidateExamination(self.test, self.tests, self.controllers, self.progress)
         candidates = [one for outcome in outcomes for one in outcome.trade]
         findings = examination.findings(candidates)
         if findings.accepted:
@@ -192,6 +196,7 @@ class _Search:
                 replace(_family_of(findings, outcomes), best=findings.best, passed=True)
             )
         else:
+            self.progress("search: narrower range of a parameter")
             examined = [*findings.examined, *candidates]
             findings = replace(
                 findings,

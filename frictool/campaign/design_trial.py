@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -144,12 +144,17 @@ class DesignTest:
         )
 
     def worst_at_places(
-        self, judges: Sequence[ControllerJudge], controller: Controller, found: JudgedRuns
-    ) -> list[PlayedVerdict]:
-        """Simulate the worst plants of a controller with each of `judges`; return the verdicts.
+        self,
+        judges: Sequence[ControllerJudge],
+        controller: Controller,
+        found: JudgedRuns,
+        until: Callable[[JudgedRuns], bool] | None = None,
+    ) -> Iterator[PlayedVerdict]:
+        """Simulate the worst plants of a controller with each of `judges`; yield the verdicts.
 
         The worst plants are, for each requirement, the WORST plants with the smallest reserve.
         `found`: results of the controller on all plants, which contain the reserves.
+        `until`: function of the results of a judge so far; if it returns True, this judge ends.
         """
         chosen: dict[tuple[float, ...], int] = {}
         for reserves in np.transpose(found.reserves):
@@ -159,7 +164,8 @@ class DesignTest:
                     worst.setdefault(tuple(self.plants[plant].values()), plant)
             chosen = {**dict(list(worst.items())[:WORST]), **chosen}
         only = [plant * PLACES + place for plant in chosen.values() for place in range(PLACES)]
-        return [judge(controller, only) for judge in judges]
+        for judge in judges:
+            yield judge(controller, only, until)
 
     def judge_at(
         self,

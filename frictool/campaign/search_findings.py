@@ -89,11 +89,13 @@ class CandidateExamination:
     - test: the complete test that a design must pass
     - tests: the tests of the search, cheapest first
     - controller: function that returns the controller of a design
+    - progress: function that is called with the name of each step
     """
 
     test: DesignTest
     tests: PlayedTests
     controller: Callable[[Design], Controller]
+    progress: Callable[[str], None] = lambda _: None
 
     def findings(self, candidates: Sequence[Candidate]) -> SearchFindings:
         """Return the findings on the candidates."""
@@ -144,7 +146,7 @@ class CandidateExamination:
         yield short
         if condition(short):
             return
-        for runs in self.tests.without_reserve(controller, whole):
+        for runs in self.tests.without_reserve(controller, whole, condition if until else None):
             yield runs
             if condition(runs):
                 return
@@ -178,26 +180,39 @@ class CandidateExamination:
         self, best: Candidate, candidates: Sequence[Candidate]
     ) -> Iterator[Relaxation]:
         complete = [one for one in (best, *candidates) if one.extent > PlayedExtent.NONE]
-        for metric in best.metrics:
-            limit = self._relaxed(metric, complete)
+        violated: dict[int, set[str]] = {}
+        for number, metric in enumerate(best.metrics, start=1):
+            self.progress(f"search: limits to relax, {number} of {len(best.metrics)}")
+            limit = self._relaxed(metric, complete, violated)
             if limit is not None:
                 yield Relaxation(metric, limit)
 
-    def _relaxed(self, metric: Any, candidates: Sequence[Candidate]) -> float | None:
+    def _relaxed(
+        self, metric: Any, candidates: Sequence[Candidate], violated: dict[int, set[str]]
+    ) -> float | None:
+        """Return a limit of one requirement that lets a candidate pass every test, or None.
+
+        `violated` contains the requirements that a design violated in earlier attempts, by the
+        design's `id`. If another requirement is among them, the design fails without a simulation.
+        """
         fitting = [
             one
             for one in candidates
             if math.isfinite(one.worst(metric)) and not others_missed(one.missing, metric.key)
         ]
         for one in sorted(fitting, key=lambda one: one.missing[metric.key])[:ATTEMPTS]:
-            if (limit := self._passing_limit(one.design, metric)) is not None:
+            known = violated.setdefault(id(one.design), set())
+            if known - {metric.key}:
+                continue
+            if (limit := self._passing_limit(one.design, metric, known)) is not None:
                 return limit
         return None
 
-    def _passing_limit(self, design: Design, metric: Any) -> float | None:
+    def _passing_limit(self, design: Design, metric: Any, violated: set[str]) -> float | None:
         """Return the limit with which a design passes every test; None if no limit suffices.
 
-        Only the limit of the requirement `metric` is relaxed.
+        Only the limit of the requirement `metric` is relaxed. The requirements that the design
+        violates are added to `violated`.
         """
 
         def condition(played: JudgedRuns) -> bool:
@@ -207,6 +222,7 @@ class CandidateExamination:
             runs = tuple(self._runs(design, condition, until=True))
         except UNUSABLE:
             return None
+        violated.update(key for one in runs for key, by in missing(one).items() if by > 0.0)
         value = Candidate(design, np.empty(0), runs).worst(metric)
         if condition(runs[-1]) or not math.isfinite(value):
             return None

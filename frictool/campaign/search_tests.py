@@ -26,7 +26,7 @@ def search_tests(test: DesignTest) -> PlayedTests:
         test.judge_of(short, spec),
         test.judge,
         test.judges_of_others(short, spec),
-        lambda controller, whole: test.worst_at_places(at_places, controller, whole),
+        lambda controller, whole, until: test.worst_at_places(at_places, controller, whole, until),
         test.extremes,
         len(test.plants),
     )

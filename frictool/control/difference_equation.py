@@ -17,6 +17,7 @@ These bounds determine the scaling of fixed point.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -199,11 +200,20 @@ def _reach(sums: Matrix, bound: float) -> Matrix:
 def impulse_sums(a: Matrix, b: Matrix) -> Matrix:
     """Return sum_k |a^k b| (n,), an upper bound of |x| in x+ = a x + b e for |e| <= 1.
 
-    The result is inf if a is not stable.
+    The result is inf if a is not stable. It is cached, because a search composes the program of the
+    same linear controller for many candidates.
     """
     n = len(b)
     if n == 0 or not np.any(b):
         return np.zeros(n)
+    rows, column = (np.asarray(one, dtype=np.float64).tobytes() for one in (a, b))
+    return _impulse_sums(rows, column, n).copy()
+
+
+@functools.lru_cache(maxsize=256)
+def _impulse_sums(a_bytes: bytes, b_bytes: bytes, n: int) -> Matrix:
+    a = np.frombuffer(a_bytes).reshape(n, n)
+    b = np.frombuffer(b_bytes)
     if float(np.max(np.abs(np.linalg.eigvals(a)))) >= 1.0:
         return np.full(n, np.inf)
     responses = b[:, None]

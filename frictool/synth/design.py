@@ -179,15 +179,12 @@ def running_linear(
 
     The field `form` names the form that runs on the target hardware.
     """
-    linear = stored_forms(candidate.controller)
     design = posed.design
+    # conditional integration instead of back-calculation, as in thesis 5.2.2
+    conditional = posed.method.provided_gains and design.form == "state_space"
+    linear = stored_forms(candidate.controller, conditional)
     if design.speed_input:
         linear = msgspec.structs.replace(linear, input="speed_error")
-    if posed.method.provided_gains and design.form == "state_space":
-        # conditional integration instead of back-calculation, as in thesis 5.2.2
-        linear = msgspec.structs.replace(
-            linear, anti_windup=(0.0,) * len(linear.anti_windup), conditional=True
-        )
     return running_in_sections(linear, posed.period) if design.form == "sos" else linear
 
 

@@ -31,8 +31,10 @@ NEGLIGIBLE = 1e-8
 INFINITE = 1e8  # zeros of larger modulus are treated as infinite
 
 
-def stored_forms(k: Lti) -> LinearController:
+def stored_forms(k: Lti, conditional: bool = False) -> LinearController:
     """Return the discrete controller `k` in all stored forms; `k` may have one integrator.
+
+    conditional: True for conditional integration, with anti-windup gains of 0
 
     Raises NoSolutionError in three cases:
 
@@ -64,9 +66,10 @@ def stored_forms(k: Lti) -> LinearController:
         discrete=stored_state_space(whole),
         continuous=stored_state_space(inverse_tustin(whole)),
         sos=tuple(tuple(float(value) for value in row) for row in sections),
-        anti_windup=tuple(
-            float(value) for value in anti_windup_gains(whole.a, whole.b, whole.c, whole.d)
-        ),
+        anti_windup=(0.0,) * whole.order
+        if conditional
+        else tuple(float(one) for one in anti_windup_gains(whole.a, whole.b, whole.c, whole.d)),
+        conditional=conditional,
     )
 
 

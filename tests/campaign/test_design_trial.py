@@ -157,11 +157,11 @@ def test_the_worst_plants_of_each_requirement_start_from_every_place() -> None:
     reserves[:, 1] = np.nan
     played: list[Sequence[int]] = []
 
-    def judge(controller: object, only: Sequence[int]) -> None:
+    def judge(controller: object, only: Sequence[int], until: object) -> None:
         played.append(only)
 
     found: Any = SimpleNamespace(reserves=reserves)
-    test.worst_at_places([judge], None, found)  # type: ignore[arg-type, list-item] # counts the plants
+    list(test.worst_at_places([judge], None, found))  # type: ignore[arg-type, list-item] # counts the plants
     (only,) = played
     assert sorted({plant // PLACES for plant in only}) == [7, 18]
     assert len(only) == 2 * PLACES

@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from frictool.campaign import search_findings
+from frictool.campaign import automatic_design, search_findings
+from frictool.campaign.automatic_design import (
+    AutomaticDesign,
+    SearchInterruptedError,
+    design_automatically,
+)
+from frictool.campaign.design_trial import design_test
 from frictool.campaign.search_findings import CandidateExamination, rounded_outwards
 from frictool.campaign.views.search_view import relaxation_lines
+from frictool.documents.registry import load
+from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
-from frictool.synth.search.played_search import Candidate, PlayedExtent
+from frictool.synth.search.played_search import Candidate, FamilyOutcome, PlayedExtent
 from frictool.synth.search.played_tests import PlayedTests
+from studies.rigs.clutch_model import ROOT, clutch_model
 
 PLANTS = ("nominal plant", "v01", "v02")
 METRICS = (
@@ -82,7 +92,7 @@ def examination(
 
     monkeypatch.setattr(search_findings, "synthesise", synthesise)
     plays: Any = judge  # a design is its values
-    tests = PlayedTests(plays, plays, plays, (plays,), lambda controller, whole: (), (0,), 3)
+    tests = PlayedTests(plays, plays, plays, (plays,), lambda controller, whole, until: (), (0,), 3)
     return CandidateExamination(TEST, tests, lambda design: design)  # type: ignore[arg-type, return-value]
 
 
@@ -111,6 +121,26 @@ def test_a_relaxation_is_reported_only_if_a_candidate_passes_on_all_plants(
     assert unverified.findings([fast, slow]).relaxations == ()
 
 
+def test_a_candidate_with_two_violations_is_simulated_once_for_all_limits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """On the plants of the search, it misses nothing: each limit might be the one to relax."""
+    both = candidate([(0.9, 0.05), (0.9, 0.05), (1.2, 0.3)])
+    tried: list[Any] = []
+    steps: list[str] = []
+
+    def counted(values: Any, only: Any = None, until: Any = None) -> Any:
+        tried.append(until)
+        return judge(values, only, until)
+
+    found = examination(monkeypatch, lambda design: True)
+    tests = replace(found.tests, whole=counted)
+    found = replace(found, tests=tests, progress=steps.append).findings([both])
+    assert found.relaxations == ()
+    assert len([until for until in tried if until is not None]) == 1
+    assert steps == ["search: limits to relax, 1 of 2", "search: limits to relax, 2 of 2"]
+
+
 def test_a_candidate_that_passes_on_all_plants_is_accepted_if_it_is_verified(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -128,3 +158,22 @@ def test_a_suggested_limit_is_not_below_the_value_that_must_meet_it() -> None:
     assert rounded_outwards(3.0, "<=") == 3.0
     assert rounded_outwards(0.0, "<=") == 0.0
     assert rounded_outwards(1234.56, "<=") == 1235.0
+
+
+def test_an_interrupt_after_the_search_keeps_the_design_that_was_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The interrupt ends the search for a slower loop; the first loop met the specification."""
+    passed = FamilyOutcome("PI cascade", 1, candidate([(0.9, 0.05)] * 3), True, True, (), ())
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    search = automatic_design._Search
+    monkeypatch.setattr(search, "first_found", lambda *_: AutomaticDesign((passed,)))
+    monkeypatch.setattr(search, "tolerant", interrupted)
+    spec = load(ROOT / "configs/clutch/spec.yaml", Spec)
+    with pytest.raises(SearchInterruptedError) as stopped:
+        design_automatically(design_test(clutch_model(), spec))
+    assert stopped.value.found.passed
+    assert stopped.value.found.outcomes == (passed,)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -29,7 +30,12 @@ from frictool.synth.search.design_text import design_text
 from frictool.synth.search.lpv_cascade import LPV_CASCADE
 from frictool.synth.search.nearest_text import nearest_words
 from frictool.synth.search.pi_cascade import PI_CASCADE
-from frictool.synth.search.played_search import Candidate, CandidateSearch, PlayedExtent
+from frictool.synth.search.played_search import (
+    COLLECTED,
+    Candidate,
+    CandidateSearch,
+    PlayedExtent,
+)
 from frictool.synth.search.played_tests import (
     FAILED,
     RESERVE,
@@ -174,7 +180,7 @@ def test_a_plant_on_which_a_candidate_fails_joins_the_screen(scales: DesignScale
     search = CandidateSearch(
         PI_CASCADE,
         scales,
-        PlayedTests(screen, short, whole, (others,), lambda controller, runs: (), (0, 1), 6),
+        PlayedTests(screen, short, whole, (others,), lambda controller, runs, until: (), (0, 1), 6),
         CandidateControllers(model, SPEC),
         lambda design: None,
     )
@@ -202,7 +208,7 @@ def test_a_test_stops_with_the_plant_that_makes_a_candidate_worse_than_its_paren
     search = CandidateSearch(
         family,
         scales,
-        PlayedTests(screen, Judge(), Judge(), (), lambda controller, runs: (), (0, 1), 6),
+        PlayedTests(screen, Judge(), Judge(), (), lambda controller, runs, until: (), (0, 1), 6),
         CandidateControllers(clutch_model(), SPEC),
         lambda design: None,
     )
@@ -217,6 +223,60 @@ def test_a_test_stops_with_the_plant_that_makes_a_candidate_worse_than_its_paren
     assert outcome.best is not None
     assert outcome.best.design.prefilter is not None
     assert outcome.best.design.prefilter.damping == max(dampings)
+
+
+def test_all_plants_are_simulated_until_the_worst_ones_are_known(
+    scales: DesignScales, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Plant 5 is always the worst. After COLLECTED tests, worse children stop at their first plant.
+
+    Every candidate passes the screen, and none passes the next test.
+    """
+    monkeypatch.setattr("frictool.synth.search.played_search.nearest_words", lambda *_: "none")
+    family = replace(PI_CASCADE, candidates=120)
+    screen, short = Judge(least=0.0), Judge(least=5.0)
+    messages: list[str] = []
+    search = CandidateSearch(
+        family,
+        scales,
+        PlayedTests(screen, short, Judge(), (), lambda controller, runs, until: (), (0, 5), 6),
+        CandidateControllers(clutch_model(), SPEC),
+        lambda design: None,
+    )
+    outcome = search.run(messages.append)
+    assert not outcome.passed
+    lengths = [len(plants) for plants in short.played[:120]]
+    assert lengths[:COLLECTED] == [6] * COLLECTED
+    assert set(lengths[COLLECTED:]) == {1, 6}
+    complete = [one for one in outcome.trade if one.extent == PlayedExtent.ALL]
+    best = max(one.design.prefilter.damping for one in complete if one.design.prefilter)
+    dampings = [one.design.prefilter.damping for one in outcome.trade if one.design.prefilter]
+    assert best == max(dampings)
+    assert any(re.search(r"100 of 120 candidates, about \d+ s for all", one) for one in messages)
+
+
+def test_the_last_tests_end_with_the_first_plant_and_the_first_test_that_decide() -> None:
+    others = Judge(least=5.0), Judge(least=5.0)
+    played: list[object] = []
+
+    def places(controller: object, whole: object, until: object) -> Any:
+        played.append(until)
+        yield None
+
+    tests = PlayedTests(Judge(), Judge(), Judge(), others, places, (0,), 6)
+    controller: Any = SimpleNamespace(prefilter=SimpleNamespace(damping=1.0))
+    whole: Any = None
+
+    def until(made: JudgedRuns) -> bool:
+        return shortfall(made, 0.0) > 1.0
+
+    first = next(iter(tests.without_reserve(controller, whole, until)))
+    assert first.plants == (0,)
+    assert [len(one.played) for one in others] == [1, 0]
+    assert played == []
+    assert len(list(tests.without_reserve(controller, whole))) == 3
+    assert others[1].played == [tuple(range(6))]
+    assert played == [None]
 
 
 def test_figures_of_a_candidate_are_the_worst_of_all_tests(scales: DesignScales) -> None:
@@ -247,7 +307,9 @@ def test_a_candidate_that_is_not_verified_is_no_result(scales: DesignScales) -> 
         raise NoSolutionError("not verified: for the test")
 
     family = type(PI_CASCADE)(PI_CASCADE.name, PI_CASCADE.parameters, PI_CASCADE.design, 40)
-    tests = PlayedTests(Judge(), Judge(), Judge(), (Judge(),), lambda controller, runs: (), (0,), 6)
+    tests = PlayedTests(
+        Judge(), Judge(), Judge(), (Judge(),), lambda controller, runs, until: (), (0,), 6
+    )
     search = CandidateSearch(family, scales, tests, CandidateControllers(model, SPEC), refuse)
     outcome = search.run(lambda step: None)
     assert not outcome.passed

@@ -16,6 +16,7 @@ candidate are the worst values of all tests in which the candidate was played.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -49,8 +50,10 @@ UNUSABLE = (FrictoolError, *NOT_EVALUABLE)
 SEED = 1
 POPULATION, SPREAD = 18, 0.25  # candidates of a generation; their spread around the best start
 PROMISING = RESERVE  # shortfall on few plants up to which a candidate is played on all plants
-REPORTED = 100  # candidates between two progress messages
+REPORTED, REPORTED_S = 100, 10.0  # candidates, and seconds, between two progress messages
 MOST_HARD = 10  # largest number of plants in the test on few plants
+# number of tests on all plants with known worst plants, after which these plants are complete
+COLLECTED = 20
 CONTINUED = 0.5  # number of candidates without the reserve, relative to the number with it
 NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
@@ -188,9 +191,12 @@ class CandidateSearch:
     played: list[Candidate] = field(default_factory=list)
     refusals: list[str] = field(default_factory=list)
     tried: int = 0
+    repeated: int = 0
     reserve: float = RESERVE
     most: int = field(init=False)
     progress: Callable[[str], None] = field(init=False)
+    begun: float = 0.0
+    reported: float = 0.0
 
     def __post_init__(self) -> None:
         self.most = self.family.candidates
@@ -198,8 +204,8 @@ class CandidateSearch:
     def run(self, progress: Callable[[str], None]) -> FamilyOutcome:
         """Search the family and return the outcome; the same inputs give the same outcome.
 
-        progress: called with a text at the start of each search, and after every REPORTED
-        candidates.
+        progress: called with a text at the start of each search, and during the search with an
+        estimate of the remaining time [s].
         """
         random = self._begin(progress)
         progress(f"search: {self.family.name}")
@@ -236,6 +242,7 @@ class CandidateSearch:
 
     def _begin(self, progress: Callable[[str], None]) -> np.random.Generator:
         self.progress = progress
+        self.begun = self.reported = time.monotonic()
         self.hard = set(self.tests.hard)
         self.order = list(dict.fromkeys([*self.tests.hard, *range(self.tests.plants)]))
         return np.random.Generator(np.random.PCG64(SEED))
@@ -305,12 +312,7 @@ class CandidateSearch:
         if self.tried >= self.most:
             raise _ExhaustedError
         self.tried += 1
-        if self.tried % REPORTED == 0 and self.played:
-            nearest = min(self.played, key=lambda one: one.distance)
-            self.progress(
-                f"search: {self.family.name}, {self.tried} of {self.most} candidates; nearest: "
-                f"{nearest_words(nearest, self.tests.plants, self.reserve)}"
-            )
+        self._report()
         try:
             design = self.family.design(self.scales, self.family.values(unit))
             candidate, value = self._play(design, unit, parent)
@@ -322,6 +324,21 @@ class CandidateSearch:
                 raise _FoundError(candidate)
             return 1.0
         return value
+
+    def _report(self) -> None:
+        """Report every REPORTED candidates, or after REPORTED_S seconds if candidates take long."""
+        now = time.monotonic()
+        due = self.tried % REPORTED == 0 or now - self.reported >= REPORTED_S
+        if not due or not self.played:
+            return
+        self.reported = now
+        left = (self.most - self.tried) * (now - self.begun) / self.tried
+        nearest = min(self.played, key=lambda one: one.distance)
+        self.progress(
+            f"search: {self.family.name}, {self.tried} of {self.most} candidates, about {left:.0f} "
+            "s for all others; nearest: "
+            f"{nearest_words(nearest, self.tests.plants, self.reserve)}"
+        )
 
     def _play(self, design: Design, unit: Vector, parent: float) -> tuple[Candidate, float]:
         """Play a candidate, and return it with its shortfall.
@@ -342,11 +359,16 @@ class CandidateSearch:
             extent = PlayedExtent.ALL
         self._add_hard(runs[-1])
         if value <= 0.0:
-            runs.append(self.tests.whole(controller, None))
+            until = None if self._collects else self._above(parent)
+            runs.append(self.tests.whole(controller, None, until))
             value = shortfall(runs[-1], self.reserve)
             self._add_hard(runs[-1])
         if value <= 0.0:
-            for one in self.tests.without_reserve(controller, runs[-1]):
+            # a shortfall up to the parent's must be exact
+            beyond = max(parent, 0.0)
+            for one in self.tests.without_reserve(
+                controller, runs[-1], lambda played: shortfall(played, 0.0) > beyond
+            ):
                 runs.append(one)
                 value = max(value, shortfall(one, 0.0))
                 if value > 0.0:
@@ -357,11 +379,22 @@ class CandidateSearch:
         """Return the results of the test `short`.
 
         The test stops when the candidate is worse than its parent. Exception: the search with the
-        reserve simulates all plants until it has collected MOST_HARD of the worst plants in `hard`.
+        reserve simulates all plants while it collects the worst plants in `hard` (`_collects`).
         """
-        if self.reserve > 0.0 and len(self.hard) < MOST_HARD:
-            return self.tests.short(controller, None)
+        if self._collects:
+            runs = self.tests.short(controller, None)
+            worst = int(np.argmax(shortfalls(runs, self.reserve).max(axis=1)))
+            self.repeated = self.repeated + 1 if runs.plants[worst] in self.hard else 0
+            return runs
         return self.tests.short(controller, tuple(self.order), self._above(parent))
+
+    @property
+    def _collects(self) -> bool:
+        """Return True while the worst plants of tests on all plants are collected in `hard`.
+
+        The collection ends with MOST_HARD plants, or if COLLECTED tests in a row add no plant.
+        """
+        return self.reserve > 0.0 and len(self.hard) < MOST_HARD and self.repeated < COLLECTED
 
     def _above(self, limit: float) -> Callable[[JudgedRuns], bool]:
         return lambda runs: shortfall(runs, self.reserve) > limit

@@ -6,7 +6,7 @@ The caller of the search implements the tests.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -60,6 +60,9 @@ class JudgedRuns(Protocol):
         """Return the largest speed of each plant [rad/s | m/s], (plants,)."""
 
 
+Stop = Callable[[JudgedRuns], bool]
+
+
 class CandidateJudge(Protocol):
     """Function that simulates a controller with all plants, or with the plants `only`."""
 
@@ -67,7 +70,7 @@ class CandidateJudge(Protocol):
         self,
         controller: Controller,
         only: Sequence[int] | None = None,
-        until: Callable[[JudgedRuns], bool] | None = None,
+        until: Stop | None = None,
     ) -> JudgedRuns:
         """Simulate a controller and return the results.
 
@@ -97,18 +100,21 @@ class PlayedTests:
     short: CandidateJudge
     whole: CandidateJudge
     others: tuple[CandidateJudge, ...]
-    places: Callable[[Controller, JudgedRuns], Sequence[JudgedRuns]]
+    places: Callable[[Controller, JudgedRuns, Stop | None], Iterable[JudgedRuns]]
     hard: tuple[int, ...]
     plants: int
 
-    def without_reserve(self, controller: Controller, whole: JudgedRuns) -> Iterator[JudgedRuns]:
+    def without_reserve(
+        self, controller: Controller, whole: JudgedRuns, until: Stop | None = None
+    ) -> Iterator[JudgedRuns]:
         """Play the tests in which a design need not keep the reserve, and yield their results.
 
-        whole: results of the complete test; its worst plants are played in `places`.
+        - whole: results of the complete test; its worst plants are played in `places`
+        - until: as in CandidateJudge
         """
         for judge in self.others:
-            yield judge(controller, None)
-        yield from self.places(controller, whole)
+            yield judge(controller, None, until)
+        yield from self.places(controller, whole, until)
 
 
 def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
