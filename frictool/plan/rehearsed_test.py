@@ -241,6 +241,7 @@ class RehearsedTests:
         last: PreciseTest | None = None
         kept: PreciseTest | None = None
         missed: MissedRound | None = None
+        nearest: tuple[PreciseTest, Mapping[str, HalfWidthSample]] | None = None
         refusal = ""
         least = math.inf
         stalled = 0
@@ -248,7 +249,7 @@ class RehearsedTests:
             try:
                 test = _next_test(design, self.bench, attempt, last, shorter=kept is not None)
             except NoSolutionError as error:
-                refusal = refusal or str(error)
+                refusal = str(error)
                 break
             if kept is not None and test.sequence.duration >= kept.sequence.duration:
                 break  # no shorter test is possible
@@ -256,7 +257,7 @@ class RehearsedTests:
             ratio = self.ratio(reached)
             if ratio <= 1.0:
                 kept = _promising(test, reached)
-                if ratio >= SHORTER or refusal:
+                if ratio >= SHORTER or nearest is not None:
                     break
                 factors = {name: attempt.factor(name) * RESERVE * ratio for name in self.wanted}
             else:
@@ -268,8 +269,8 @@ class RehearsedTests:
                     missed, this, reached, attempt.longest
                 )
                 missed = this
-                if ratio < least or not refusal:
-                    refusal = _shortfall(self.bench, attempt, test, sample, self.wanted)
+                if ratio < least or nearest is None:
+                    nearest = test, sample
                 least = min(ratio, least)
                 if (
                     hopeless
@@ -288,6 +289,9 @@ class RehearsedTests:
                 }
             last = test
             attempt = replace(attempt, factors=factors)
+        if kept is None and nearest is not None:
+            # the last attempt has the measured ratios, on which the remedies depend
+            refusal = _shortfall(self.bench, attempt, *nearest, self.wanted)
         return DesignRounds(kept, attempt, refusal, least)
 
     def _gains_too_little(
