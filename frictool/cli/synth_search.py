@@ -76,7 +76,7 @@ def unplayable(model: Model, spec: Spec) -> FrictoolError:
             "overshoot_percent and static_error"
         ).at("spec", "name")
     return NoSolutionError(
-        f"a search simulates its candidates: {untested_reason(model, spec)}; or give --design"
+        f"a search simulates its candidates, but {untested_reason(model, spec)}; or give --design"
     )
 
 
