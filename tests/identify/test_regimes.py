@@ -92,3 +92,17 @@ def test_one_wrong_stroke_is_no_knee(stroke: int, error: float) -> None:
     effort = straight.effort.copy()
     effort[stroke] += error
     assert not fit_pieces(replace(straight, effort=effort)).knees
+
+
+def test_a_piece_is_the_mean_of_the_clipped_speeds() -> None:
+    one = means(lambda v: 0.1 + 1e-3 * v, 1e-4, seed=3)
+    one = replace(one, speed=one.speed - 30.0)  # negative at the ends of slow strokes
+    fast = float(one.speed.max())
+    ranges = [(0.0, np.inf), (0.0, 0.3), (0.2, 0.7), (0.7, 0.2), (1.0, np.inf)]
+    for low, high in ((fast * low, fast * high) for low, high in ranges):
+        clipped = np.minimum(np.maximum(one.speed, low), high) - low
+        np.testing.assert_allclose(
+            one.piece(low, high), one.sign * one.mean(clipped), rtol=0.0, atol=1e-9 * fast
+        )
+    still = replace(one, speed=0.0 * one.speed)
+    assert not np.any(still.piece(0.0, np.inf))

@@ -48,6 +48,47 @@ EVIDENCE = 6.0
 
 
 @dataclass(frozen=True)
+class _SortedSpeeds:
+    """Speeds of m parts, sorted within each part, for means of min(|v|, knee) without all samples.
+
+    - key: number of the part plus half of (speed)/(largest speed), ascending, (n,)
+    - sums: sum of all sorted speeds before each sample, (n + 1,)
+    - ends: index of the first sample of each part, and n, (m + 1,)
+    - largest: largest speed, rad/s | m/s
+    """
+
+    key: Vector
+    sums: Vector
+    ends: NDArray[np.int64]
+    largest: float
+
+    @classmethod
+    def of(cls, speed: Vector, lengths: NDArray[np.int64]) -> _SortedSpeeds:
+        """Return the sorted speeds of `speed` (n,), |v| of parts with `lengths` (m,) samples.
+
+        A noisy speed may be negative near a reversal; it counts as 0, as in all pieces.
+        """
+        part = np.repeat(np.arange(lengths.size), lengths)
+        ordered = np.maximum(speed, 0.0)[np.lexsort((speed, part))]
+        largest = max(float(ordered.max(initial=0.0)), np.finfo(np.float64).tiny)
+        return cls(
+            part + 0.5 / largest * ordered,
+            np.concatenate(([0.0], np.cumsum(ordered))),
+            np.concatenate(([0], np.cumsum(lengths))),
+            largest,
+        )
+
+    def mean_up_to(self, knee: float) -> Vector:
+        """Return the mean of min(|v|, knee) over each part, (m,)."""
+        first, end = self.ends[:-1], self.ends[1:]
+        share = 0.5 * min(knee, self.largest) / self.largest
+        below = np.searchsorted(self.key, np.arange(first.size) + share, side="right")
+        below = np.clip(below, first, end)
+        faster = np.where(end > below, (end - below) * min(knee, self.largest), 0.0)
+        return np.asarray((self.sums[below] - self.sums[first] + faster) / (end - first))
+
+
+@dataclass(frozen=True)
 class StrokeMeans:
     """Regression rows (m,), each a mean over a part of a stroke.
 
@@ -76,14 +117,19 @@ class StrokeMeans:
     def _lengths(self) -> NDArray[np.int64]:
         return np.diff(np.append(self.starts, self.speed.size))
 
+    @cached_property
+    def _sorted(self) -> _SortedSpeeds:
+        return _SortedSpeeds.of(self.speed, self._lengths)
+
     def piece(self, low: float, high: float) -> Vector:
         """Return the regressor (m,) of viscous friction between two speeds [rad/s | m/s].
 
         A sample of the speed |v| has the value min(max(|v|, low), high) - low, with the sign of the
-        direction.
+        direction. If `high` is below `low`, every sample has the value high - low.
         """
-        within = np.minimum(np.maximum(self.speed, low), high)
-        return self.sign * self.mean(within - low)
+        if high < low:
+            return self.sign * (high - low)
+        return self.sign * (self._sorted.mean_up_to(high) - self._sorted.mean_up_to(low))
 
     def share_beyond(self, knee: float) -> Vector:
         """Return the fraction (m,) of each part's samples faster than `knee` [rad/s | m/s].

@@ -356,10 +356,11 @@ def _whole_stroke(record: MotionRecord, start: int, end: int) -> list[RunRow]:
 
 
 def _straight(record: MotionRecord, first: int, last: int) -> bool:
-    position = record.position[first:last]
-    samples = np.arange(position.size)
-    line = np.polyval(np.polyfit(samples, position, 1), samples)
-    return bool(np.max(np.abs(position - line)) < STRAIGHT_COUNTS * record.resolution)
+    position = record.position[first:last] - record.position[first]
+    samples = np.arange(position.size) - 0.5 * (position.size - 1)
+    slope = float(samples @ position) / float(samples @ samples)
+    apart = position - np.mean(position) - slope * samples
+    return bool(np.max(np.abs(apart)) < STRAIGHT_COUNTS * record.resolution)
 
 
 def _row(record: MotionRecord, first: int, last: int) -> list[RunRow]:

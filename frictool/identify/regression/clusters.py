@@ -50,16 +50,22 @@ def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
     Strokes that repeat each other form a group.
     """
     order = np.lexsort((counts, rows, sign))
-    group = np.full(sign.size, -1, dtype=np.int64)
+    # lists, because the access to single elements of an array is slow
+    side, length, size = sign[order].tolist(), rows[order].tolist(), counts[order].tolist()
+    group: list[int] = []
     repetitions = 0
-    for index, stroke in enumerate(order):
-        for other in order[index - 1 :: -1] if index else ():
-            if sign[other] != sign[stroke] or rows[stroke] - rows[other] > SAME_ROWS:
+    for stroke in range(order.size):
+        found = -1
+        for other in range(stroke - 1, -1, -1):
+            if side[other] != side[stroke] or length[stroke] - length[other] > SAME_ROWS:
                 break
-            if abs(counts[stroke] - counts[other]) <= SAME_COUNTS:
-                group[stroke] = group[other]
+            if abs(size[stroke] - size[other]) <= SAME_COUNTS:
+                found = group[other]
                 break
-        if group[stroke] < 0:
-            group[stroke] = repetitions
+        if found < 0:
+            found = repetitions
             repetitions = repetitions + 1
-    return group
+        group.append(found)
+    out = np.empty(order.size, dtype=np.int64)
+    out[order] = group
+    return out
