@@ -277,7 +277,7 @@ def test_a_format_that_breaks_the_margin_is_told_or_refused() -> None:
         for one in changed("pid", gain=Quantity(value=33.3, unit="N/m")).verified.rounded
     }
     assert margins["float"] < margins["double"]
-    with pytest.raises(NoSolutionError, match="rounded to float, the norm is"):
+    with pytest.raises(NoSolutionError, match="with float coefficients, the norm is"):
         design_controller(
             model(), between(margins["float"], margins["double"]), with_gain(33.3), HERE
         )

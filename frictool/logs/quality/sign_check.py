@@ -59,8 +59,8 @@ class SignCheck:
         names = " or ".join(self.reversed)
         if self.work is not None and self.work <= -CLEAR:
             finding = (
-                f"the effort takes energy from the axis (work {100 * self.work:.0f} % of sum "
-                f"|F dx|): another force moves the axis, or the sign of {names} is reversed"
+                f"the effort takes energy from the axis (work {100 * self.work:.0f} % of "
+                f"|F dx|): another force moves it, or {names} has the wrong sign"
             )
         else:
             finding = (
