@@ -129,7 +129,7 @@ class WidenedFit:
         """Return the reasons of the parameters `refused`, with the cause of a wide interval."""
         if self.effect is None:
             return dict(refused)
-        cause = f"perhaps {self.effect.what[-1]} makes it {{:.2g}} times as wide"
+        cause = f"perhaps {self.effect.what[-1]} makes the interval {{:.2g}} times as wide"
         return {
             name: f"{reason}; {cause.format(self.ratios[name])}" if name in self.ratios else reason
             for name, reason in refused.items()

@@ -105,7 +105,9 @@ def test_a_refusal_names_the_effect_and_how_to_measure_it(bench: Bench) -> None:
     result = identify_records([record], [], narrow, "least-squares", IdentificationSettings())
     reason = result.refused["coulomb"]
     assert "no narrower than the bench's range [0.095, 0.105]" in reason
-    assert re.search(r"; perhaps friction that falls with speed makes it \d+(\.\d)? times", reason)
+    assert re.search(
+        r"; perhaps friction that falls with speed makes the interval \d+(\.\d)? times", reason
+    )
     (note,) = (one for one in result.notes if one.startswith("to identify coulomb: "))
     assert note.endswith("declare load.terms: [offset, stribeck]")
 

@@ -41,6 +41,7 @@ from frictool.plan.rehearsed_test import (
     NOTICEABLE,
     SHORTER,
     STALLS,
+    DesignRounds,
     RehearsedTests,
     rehearsed_ramps,
     rehearsed_strokes,
@@ -241,6 +242,14 @@ def test_the_default_kind_is_the_test_if_no_mix_of_its_duration_has_the_precisio
         assert 0.0 < test.bounds[name] < half
 
 
+def rounds_of(bench: Bench) -> DesignRounds:
+    """Return the rounds of the search for a test of strokes with the precision WANTED."""
+    request = PrecisionRequest(WANTED)
+    half_widths = {name: part * bench_value(bench, name) for name, part in WANTED.items()}
+    trials = RehearsedTests(bench, request, half_widths, lambda step: None)
+    return trials.rounds(precise_strokes, request)
+
+
 def test_rounds_double_the_duration_and_end_at_a_half_width_that_does_not_decrease(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -253,10 +262,7 @@ def test_rounds_double_the_duration_and_end_at_a_half_width_that_does_not_decrea
 
     monkeypatch.setattr(rehearsed_test, "rehearse", floor)
     monkeypatch.setattr(rehearsed_test, "remedies", lambda *_: [])
-    request = PrecisionRequest(WANTED)
-    half_widths = {name: part * bench_value(bench, name) for name, part in WANTED.items()}
-    trials = RehearsedTests(bench, request, half_widths, lambda step: None)
-    rounds = trials.rounds(precise_strokes, request)
+    rounds = rounds_of(bench)
     assert rounds.test is None
     assert "simulations: inertia 3 % (wanted 2 %), coulomb 3 % (wanted 2 %)" in rounds.refusal
     assert len(durations) == 1 + STALLS
@@ -280,10 +286,7 @@ def test_rounds_end_if_the_same_axes_gain_too_little_from_a_longer_test(
 
     monkeypatch.setattr(rehearsed_test, "rehearse", by_duration)
     monkeypatch.setattr(rehearsed_test, "remedies", lambda *_: [])
-    request = PrecisionRequest(WANTED)
-    half_widths = {name: part * bench_value(bench, name) for name, part in WANTED.items()}
-    trials = RehearsedTests(bench, request, half_widths, lambda step: None)
-    rounds = trials.rounds(precise_strokes, request)
+    rounds = rounds_of(bench)
     if floor > HOPELESS:
         assert rounds.test is None
         assert len(durations) == 2
@@ -304,10 +307,7 @@ def test_the_refusal_describes_the_most_precise_test(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(rehearsed_test, "rehearse", varying)
     monkeypatch.setattr(rehearsed_test, "remedies", lambda *_: [])
-    request = PrecisionRequest(WANTED)
-    half_widths = {name: part * bench_value(bench, name) for name, part in WANTED.items()}
-    trials = RehearsedTests(bench, request, half_widths, lambda step: None)
-    rounds = trials.rounds(precise_strokes, request)
+    rounds = rounds_of(bench)
     assert f"a test of {durations[1]:.3g} s fails in simulations: inertia 2.4 %" in rounds.refusal
     assert rounds.ratio == pytest.approx(1.2)
 
